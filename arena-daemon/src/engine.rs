@@ -1,0 +1,190 @@
+//! The loop that every engine shares: tick the arena, ask the squad, record.
+
+use std::time::{Duration, Instant};
+
+use arena::{Arena, metrics::estimated_errors, scenario::Scenario};
+use hdrhistogram::Histogram;
+use protocol::{percept::Tick, setup::Mode};
+
+use crate::{
+    outputs::Outputs,
+    pace::Pace,
+    progress::{Progress, Status},
+    squad::{Answers, Squad, SquadError},
+    stop::StopFlag,
+    summary::{Ending, Summary, TickTimes},
+};
+
+/// How the run is to be carried out.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Name of the engine, for the summary.
+    pub engine: &'static str,
+    /// How time passes.
+    pub mode: Mode,
+    /// Cap on virtual over real time.
+    pub speed: Option<f64>,
+    /// No progress on standard error.
+    pub quiet: bool,
+}
+
+/// Runs `scenario` to its end and writes what it leaves.
+///
+/// # Errors
+/// Only if outputs cannot be written. A squad that fails ends the run, and the summary says so.
+pub fn run(
+    scenario: &Scenario,
+    arena: Arena,
+    squad: &mut dyn Squad,
+    plan: Plan,
+    outputs: Outputs,
+    stop: &StopFlag,
+) -> anyhow::Result<Summary> {
+    let robots = arena.poses().len();
+    let mut run = Run {
+        scenario,
+        arena,
+        squad,
+        answers: vec![None; robots],
+        outputs,
+        stop,
+        converged_at_s: None,
+        // Three digits from a nanosecond to an hour.
+        tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
+    };
+    let began = Instant::now();
+    let mustered = run.squad.muster(stop);
+    let start_up = began.elapsed();
+    let started = Instant::now();
+    let course = match mustered {
+        Ok(answers) => {
+            run.answers = answers;
+            run.follow(plan)
+        }
+        Err(error) => Err(Interruption::Squad(error)),
+    };
+    let wall = started.elapsed();
+    run.squad.dismiss();
+    let (ended, failure) = match course {
+        Ok(ending) => (ending, None),
+        Err(Interruption::Squad(error)) => (Ending::Failed, Some(error.to_string())),
+        Err(Interruption::Outputs(error)) => return Err(error),
+    };
+    let summary = run.summary(plan, ended, failure, start_up, wall);
+    run.outputs.finish(&summary, &run.arena, &run.squad.standings(), &run.answers)?;
+    Ok(summary)
+}
+
+struct Run<'a> {
+    scenario: &'a Scenario,
+    arena: Arena,
+    squad: &'a mut dyn Squad,
+    answers: Answers,
+    outputs: Outputs,
+    stop: &'a StopFlag,
+    converged_at_s: Option<f64>,
+    tick_ns: Histogram<u64>,
+}
+
+/// What cuts a run short.
+enum Interruption {
+    Squad(SquadError),
+    Outputs(anyhow::Error),
+}
+
+impl Run<'_> {
+    fn follow(&mut self, plan: Plan) -> Result<Ending, Interruption> {
+        let ticks = self.scenario.ticks();
+        let pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
+        let mut progress = Progress::begin(ticks, plan.quiet);
+        for tick in 0..=ticks {
+            if self.stop.is_raised() {
+                return Ok(Ending::Interrupted);
+            }
+            self.tick().map_err(Interruption::Squad)?;
+            let status = self.status(tick);
+            let ending = self.ending(&status);
+            if tick % self.scenario.sample_every_ticks() == 0 || ending.is_some() {
+                self.outputs.sample(&self.arena.metrics(&self.answers)).map_err(Interruption::Outputs)?;
+            }
+            if let Some(ending) = ending {
+                return Ok(ending);
+            }
+            progress.show(&status);
+            pace.wait_until(status.time_s + self.scenario.step_s.get(), || self.stop.is_raised());
+        }
+        unreachable!("the last tick ends the run")
+    }
+
+    fn tick(&mut self) -> Result<(), SquadError> {
+        let began = Instant::now();
+        let percepts = self.arena.tick(&self.answers);
+        self.squad.exchange(percepts, &mut self.answers)?;
+        self.tick_ns.saturating_record(began.elapsed().as_nanos() as u64);
+        Ok(())
+    }
+
+    fn status(&self, tick: Tick) -> Status {
+        let (mean_error_m, _) = estimated_errors(&self.answers);
+        Status {
+            tick,
+            ticks: self.scenario.ticks(),
+            time_s: tick as f64 * self.scenario.step_s.get(),
+            mean_error_m,
+            alive: self.answers.iter().flatten().count(),
+        }
+    }
+
+    /// Notes convergence; says how the run ends if it ends with this tick.
+    fn ending(&mut self, status: &Status) -> Option<Ending> {
+        let convergence = &self.scenario.convergence;
+        if status.alive > 0 && status.mean_error_m < convergence.tolerance_m.get() {
+            self.converged_at_s.get_or_insert(status.time_s);
+        }
+        match self.converged_at_s {
+            Some(_) if convergence.stop => Some(Ending::Converged),
+            _ if status.tick == status.ticks => Some(Ending::Finished),
+            _ => None,
+        }
+    }
+
+    fn summary(
+        &self,
+        plan: Plan,
+        ended: Ending,
+        failure: Option<String>,
+        start_up: Duration,
+        wall: Duration,
+    ) -> Summary {
+        let metrics = self.arena.metrics(&self.answers);
+        let wall_time_s = wall.as_secs_f64();
+        Summary {
+            scenario: self.scenario.name.clone(),
+            seed: self.scenario.seed,
+            robots: self.scenario.robot_count(),
+            engine: plan.engine.into(),
+            mode: plan.mode,
+            ended,
+            failure,
+            ticks: metrics.tick,
+            virtual_time_s: metrics.time_s,
+            wall_time_s,
+            start_up_s: start_up.as_secs_f64(),
+            real_time_factor: metrics.time_s / wall_time_s,
+            digest: self.arena.digest(),
+            converged_at_s: self.converged_at_s,
+            mean_error_m: metrics.mean_error_m,
+            max_error_m: metrics.max_error_m,
+            mean_true_error_m: metrics.mean_true_error_m,
+            cost_h: metrics.cost_h,
+            cell_agreement: metrics.cell_agreement,
+            mean_lamp_distance_m: metrics.mean_lamp_distance_m,
+            robots_alive: metrics.robots_alive,
+            commands_refused: self.squad.standings().iter().map(|standing| standing.refused).sum(),
+            packets: metrics.packets,
+            faults: Vec::new(),
+            incidents: self.squad.incidents().to_vec(),
+            tick_us: TickTimes::of(&self.tick_ns),
+        }
+    }
+}

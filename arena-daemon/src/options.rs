@@ -1,0 +1,132 @@
+//! What the command line says about a run, shared by `lamplight run` and `arena-daemon`.
+
+use std::{ffi::OsString, path::PathBuf};
+
+use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
+use clap::{Args, ValueEnum};
+use protocol::setup::Mode;
+
+/// How time passes, as the command line spells it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "lower")]
+pub enum ModeName {
+    /// Virtual time: every tick waits for every live robot
+    #[default]
+    Lockstep,
+    /// Wall time: every robot runs on its own timer
+    Realtime,
+}
+
+/// Options of a run.
+#[derive(Args, Clone, Debug)]
+pub struct RunOptions {
+    /// Scenario file (TOML)
+    pub scenario: PathBuf,
+
+    /// How time passes
+    #[arg(long, value_enum, default_value_t)]
+    pub mode: ModeName,
+
+    /// Number of robots, in place of the scenario's
+    #[arg(long, value_name = "N")]
+    pub robots: Option<u32>,
+
+    /// Seed of every random draw, in place of the scenario's
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+
+    /// Virtual time to run, in place of the scenario's
+    #[arg(long, value_name = "SECONDS")]
+    pub duration: Option<f64>,
+
+    /// Run no faster than this multiple of real time [default: as fast as it can; realtime: 1]
+    #[arg(long, value_name = "MAX_FACTOR", value_parser = positive)]
+    pub speed: Option<f64>,
+
+    /// Set any key of the scenario, such as channel.range_m=0.8; may be repeated
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    pub sets: Vec<String>,
+
+    /// Write summary.json, metrics.csv, robots.csv and scenario.toml to this new folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// No progress and no notes on standard error, only warnings and errors
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// Why the options and the scenario they name make no run.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// An option is no override.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+    /// The scenario is wrong.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+impl RunOptions {
+    /// Reads the scenario, with what the command line sets. The options with names of their own
+    /// win over `--set`.
+    pub fn load(&self) -> Result<Scenario, LoadError> {
+        Ok(Scenario::load(&self.scenario, &self.overrides()?)?)
+    }
+
+    /// How time passes.
+    pub fn mode(&self) -> Mode {
+        match self.mode {
+            ModeName::Lockstep => Mode::Lockstep,
+            ModeName::Realtime => Mode::Realtime,
+        }
+    }
+
+    /// The same options as arguments of another program.
+    pub fn arguments(&self) -> Vec<OsString> {
+        let mut arguments: Vec<OsString> = vec!["--mode".into()];
+        arguments.push(self.mode.to_possible_value().expect("no mode is hidden").get_name().into());
+        let mut pass = |name: &str, value: Option<OsString>| {
+            if let Some(value) = value {
+                // One argument, so that a value may begin with a dash.
+                let mut argument = OsString::from(format!("--{name}="));
+                argument.push(value);
+                arguments.push(argument);
+            }
+        };
+        pass("robots", self.robots.map(|robots| robots.to_string().into()));
+        pass("seed", self.seed.map(|seed| seed.to_string().into()));
+        pass("duration", self.duration.map(|duration| duration.to_string().into()));
+        pass("speed", self.speed.map(|speed| speed.to_string().into()));
+        for set in &self.sets {
+            pass("set", Some(set.into()));
+        }
+        pass("out", self.out.clone().map(OsString::from));
+        if self.quiet {
+            arguments.push("--quiet".into());
+        }
+        arguments.extend(["--".into(), self.scenario.clone().into()]);
+        arguments
+    }
+
+    fn overrides(&self) -> Result<Vec<Override>, OverrideError> {
+        let named = [
+            ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
+            ("seed", "seed", self.seed.map(|seed| seed.to_string())),
+            ("duration", "duration_s", self.duration.map(|duration| duration.to_string())),
+        ];
+        let sets = self.sets.iter().map(|set| set.parse());
+        let named = named.into_iter().filter_map(|(option, key, value)| {
+            let value = value?;
+            Some(format!("{key}={value}").parse().map(|o: Override| o.spelled(format!("--{option} {value}"))))
+        });
+        sets.chain(named).collect()
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("it must be a positive number".into()),
+    }
+}

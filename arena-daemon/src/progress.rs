@@ -1,0 +1,133 @@
+//! How a run looks while it runs: one live line on a terminal, a plain line now and then elsewhere.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    sync::OnceLock,
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
+
+/// Time between plain lines.
+const PLAIN_EVERY: Duration = Duration::from_secs(10);
+/// Time between updates of the live line.
+const LIVE_EVERY: Duration = Duration::from_millis(100);
+
+/// The live line, known to the log so that both can share the terminal.
+static LIVE: OnceLock<ProgressBar> = OnceLock::new();
+
+/// Where a run stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Status {
+    /// Tick reached.
+    pub tick: u64,
+    /// Ticks in all.
+    pub ticks: u64,
+    /// Virtual time reached.
+    pub time_s: f64,
+    /// Mean ‖ê‖.
+    pub mean_error_m: f64,
+    /// Robots that take part.
+    pub alive: usize,
+}
+
+/// The display of one run.
+#[derive(Debug)]
+pub struct Progress {
+    quiet: bool,
+    live: Option<ProgressBar>,
+    started: Instant,
+    shown: Instant,
+}
+
+impl Progress {
+    /// Begins now. `quiet` shows nothing.
+    pub fn begin(ticks: u64, quiet: bool) -> Self {
+        let live = (!quiet && io::stderr().is_terminal()).then(|| live_line(ticks));
+        let started = Instant::now();
+        Self { quiet, live, started, shown: started }
+    }
+
+    /// Shows `status` if it is time to.
+    pub fn show(&mut self, status: &Status) {
+        let every = if self.live.is_some() { LIVE_EVERY } else { PLAIN_EVERY };
+        if self.quiet || self.shown.elapsed() < every {
+            return;
+        }
+        self.shown = Instant::now();
+        let text = self.text(status);
+        match &self.live {
+            Some(line) => {
+                line.set_position(status.tick);
+                line.set_message(text);
+            }
+            None => tracing::info!("{text}"),
+        }
+    }
+
+    fn text(&self, status: &Status) -> String {
+        let wall_s = self.started.elapsed().as_secs_f64();
+        format!(
+            "{:.1} s virtual, {:.0} ticks/s, {:.1}x real time, mean error {:.2e} m, {} robots alive",
+            status.time_s,
+            status.tick as f64 / wall_s,
+            status.time_s / wall_s,
+            status.mean_error_m,
+            status.alive,
+        )
+    }
+}
+
+impl Drop for Progress {
+    /// Clears the live line.
+    fn drop(&mut self) {
+        if let Some(line) = &self.live {
+            line.finish_and_clear();
+        }
+    }
+}
+
+fn live_line(ticks: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}")
+        .expect("the template is fixed and has been seen to parse");
+    let line = ProgressBar::with_draw_target(Some(ticks), ProgressDrawTarget::stderr()).with_style(style);
+    LIVE.get_or_init(|| line).clone()
+}
+
+/// Sends logs to standard error, around the live line. `RUST_LOG` overrides the default level.
+pub fn init_log(quiet: bool) {
+    let default = if quiet { "warn" } else { "info" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(BesideLiveLine)
+        .with_ansi(io::stderr().is_terminal())
+        .without_time()
+        .with_target(false);
+    // A second call, as in tests, keeps the first log.
+    let _ = log.try_init();
+}
+
+struct BesideLiveLine;
+
+impl<'a> MakeWriter<'a> for BesideLiveLine {
+    type Writer = Self;
+
+    fn make_writer(&'a self) -> Self {
+        Self
+    }
+}
+
+impl Write for BesideLiveLine {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match LIVE.get() {
+            Some(line) => line.suspend(|| io::stderr().write(bytes)),
+            None => io::stderr().write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}

@@ -1,0 +1,71 @@
+//! The robots of a run behind one small interface: percepts go in, commands come out.
+
+pub mod lockstep;
+mod members;
+pub mod realtime;
+
+pub use members::Hosting;
+
+use protocol::{command::Command, percept::Percept, robot_id::RobotId};
+use serde::Serialize;
+
+use crate::stop::StopFlag;
+
+/// One entry per robot: its command, or `None` while its agent is silent.
+pub type Answers = Vec<Option<Command>>;
+
+/// The minds of a run, wherever they are.
+pub trait Squad {
+    /// Waits until every robot is there and returns what they do at first: stand still and say
+    /// who they are. May return early, with robots missing, once `stop` is raised.
+    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
+
+    /// Gives each robot its percept and puts what they answer into `answers`.
+    fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
+
+    /// Ends every mind.
+    fn dismiss(&mut self);
+
+    /// What has become of each robot.
+    fn standings(&self) -> Vec<Standing>;
+
+    /// What went wrong without being planned, in order.
+    fn incidents(&self) -> &[Incident] {
+        &[]
+    }
+}
+
+/// What has become of one robot's agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    /// The robot and its present life.
+    pub id: RobotId,
+    /// Process of its agent, if it has one.
+    pub pid: Option<u32>,
+    /// Whether its agent takes part.
+    pub alive: bool,
+    /// Commands that were refused.
+    pub refused: u64,
+}
+
+/// Something unplanned that happened to a robot.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Incident {
+    /// Index of the robot.
+    pub robot: u32,
+    /// The tick it happened in.
+    pub tick: u64,
+    /// What happened and what was done about it.
+    pub what: String,
+}
+
+/// Why a run cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SquadError(pub String);
+
+impl From<protocol::services::ServiceError> for SquadError {
+    fn from(error: protocol::services::ServiceError) -> Self {
+        Self(error.to_string())
+    }
+}

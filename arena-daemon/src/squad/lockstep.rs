@@ -1,0 +1,113 @@
+//! Processes in lock-step: the arena waits for every live agent, every tick.
+
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+use arena::scenario::Scenario;
+use protocol::{
+    percept::{Percept, Tick},
+    setup::Mode,
+};
+
+use super::{
+    Answers, Incident, Squad, SquadError, Standing,
+    members::{Heard, Hosting, Members},
+};
+use crate::stop::StopFlag;
+
+/// How long the arena sleeps before it asks whether who is missing is still alive.
+const ALIVE_POLL: Duration = Duration::from_millis(20);
+/// How long it waits for an answer that the doorbell has announced too early.
+const EARLY_RING: Duration = Duration::from_millis(1);
+
+/// Agents that answer tick by tick.
+#[derive(Debug)]
+pub struct Lockstep {
+    members: Members,
+    stop: StopFlag,
+}
+
+impl Lockstep {
+    /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
+    pub fn open(scenario: &Scenario, hosting: Hosting, stop: StopFlag) -> Result<Self, SquadError> {
+        Ok(Self { members: Members::open(scenario, Mode::Lockstep, hosting)?, stop })
+    }
+
+    /// Waits for the answers of `missing`, and deals with those that do not come.
+    fn await_answers(
+        &mut self,
+        mut missing: Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        let rung = Instant::now();
+        loop {
+            let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
+            missing = self.collect(missing, tick, answers)?;
+            if missing.is_empty() || self.stop.is_raised() {
+                return Ok(());
+            }
+            let late = rung.elapsed() > self.members.hang_timeout;
+            let mut waited_for = Vec::new();
+            for index in missing {
+                if late {
+                    self.members.give_up_on(index, tick)?;
+                } else if !self.members.bury_if_dead(index, tick)? {
+                    waited_for.push(index);
+                }
+            }
+            missing = waited_for;
+            if announced {
+                thread::sleep(EARLY_RING);
+            }
+        }
+    }
+
+    /// Reads the uplinks of `missing`; returns those that have not answered.
+    fn collect(
+        &mut self,
+        missing: Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+    ) -> Result<Vec<usize>, SquadError> {
+        let mut silent = Vec::new();
+        for index in missing {
+            match self.members.hear(index, tick..=tick)? {
+                Heard::Command(_, command) => answers[index] = Some(command),
+                Heard::Refused => answers[index] = None,
+                Heard::Nothing => silent.push(index),
+            }
+        }
+        Ok(silent)
+    }
+}
+
+impl Squad for Lockstep {
+    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        self.members.muster(stop)
+    }
+
+    fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
+        let tick = percepts.first().map_or(0, |percept| percept.tick);
+        answers.fill(None);
+        let present = self.members.send(percepts)?;
+        self.members.doorbell.expect(present.len() as u32);
+        self.members.doorbell.ring();
+        self.await_answers(present, tick, answers)?;
+        self.members.welcome(tick, answers)
+    }
+
+    fn dismiss(&mut self) {
+        self.members.dismiss();
+    }
+
+    fn standings(&self) -> Vec<Standing> {
+        self.members.standings()
+    }
+
+    fn incidents(&self) -> &[Incident] {
+        self.members.incidents()
+    }
+}

@@ -1,0 +1,325 @@
+//! The agents of a run as the arena knows them: who has joined, who is silent, and what is done
+//! about it. Both process squads stand on this.
+
+use std::{
+    collections::BTreeSet,
+    fmt, fs, io,
+    ops::RangeInclusive,
+    thread,
+    time::{Duration, Instant},
+};
+
+use arena::scenario::{OnHang, Scenario};
+use protocol::{
+    codec,
+    command::Command,
+    control::Event,
+    doorbell::Doorbell,
+    percept::{DELIVERIES_MAX, Percept, Tick},
+    raw::{BOOT_TICK, CommandError},
+    robot_id::RobotId,
+    run_dir::RunDir,
+    services::{ArenaPorts, Medium},
+    setup::Mode,
+};
+
+use super::{Answers, Incident, SquadError, Standing};
+use crate::{
+    link::Link,
+    process::{Process, State},
+    stop::StopFlag,
+};
+
+/// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
+/// flood is read no further than this, and every excess command read is counted as refused.
+const READS_MAX: usize = 8;
+/// How often the arena looks for agents that join.
+const JOIN_POLL: Duration = Duration::from_millis(5);
+/// Time between notes about who is missing.
+const NOTE_EVERY: Duration = Duration::from_secs(5);
+
+/// What the arena needs to host agents.
+#[derive(Debug)]
+pub struct Hosting {
+    /// The run's folder.
+    pub run: RunDir,
+    /// The line to the supervisor.
+    pub link: Link,
+    /// Robots that nobody starts for us; the arena waits for them without limit.
+    pub by_hand: BTreeSet<u32>,
+}
+
+/// What an uplink held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Heard {
+    /// Nothing of use.
+    Nothing,
+    /// A command, and the tick it answers.
+    Command(Tick, Command),
+    /// An answer that cannot be carried out: the robot stands still and is silent.
+    Refused,
+}
+
+/// One robot's agent.
+#[derive(Debug)]
+struct Member {
+    id: RobotId,
+    ports: Option<ArenaPorts>,
+    process: Option<Process>,
+    presence: Presence,
+    refused: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Presence {
+    /// Its services stand since then; nobody has come yet.
+    Expected { since: Instant },
+    /// It takes part.
+    Present,
+    /// It is left out for good.
+    Out,
+}
+
+/// All agents of a run.
+#[derive(Debug)]
+pub(super) struct Members {
+    pub(super) doorbell: Doorbell,
+    pub(super) hang_timeout: Duration,
+    medium: Medium,
+    hosting: Hosting,
+    on_hang: OnHang,
+    join_timeout: Duration,
+    deliveries_max: usize,
+    members: Vec<Member>,
+    incidents: Vec<Incident>,
+}
+
+impl Members {
+    /// Lays out the run's folder and the services of every robot.
+    pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: Hosting) -> Result<Self, SquadError> {
+        let run = &hosting.run;
+        let failed = |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {error}"));
+        fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
+        fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
+            .map_err(|error| failed("the agents' setup", error))?;
+        let doorbell =
+            Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
+        let medium = Medium::enter(run)?;
+        let robots = scenario.robot_count();
+        let mut members = Self {
+            doorbell,
+            hang_timeout: scenario.processes.hang_timeout(),
+            medium,
+            hosting,
+            on_hang: scenario.processes.on_hang,
+            join_timeout: scenario.processes.join_timeout(),
+            deliveries_max: DELIVERIES_MAX.min(robots as usize - 1),
+            members: Vec::new(),
+            incidents: Vec::new(),
+        };
+        members.members =
+            (0..robots).map(|index| members.host(RobotId::first(index))).collect::<Result<_, _>>()?;
+        Ok(members)
+    }
+
+    /// Lets agents come and waits until all have joined, or `stop` is raised.
+    pub(super) fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        let mut answers: Answers = vec![None; self.members.len()];
+        self.doorbell.expect(self.members.len() as u32);
+        self.hosting.link.tell(&Event::Ready);
+        self.announce_by_hand();
+        let mut noted = Instant::now();
+        loop {
+            self.welcome(BOOT_TICK, &mut answers)?;
+            let expected = |member: &&Member| matches!(member.presence, Presence::Expected { .. });
+            let missing = self.members.iter().filter(expected).count();
+            if missing == 0 || stop.is_raised() {
+                return Ok(answers);
+            }
+            if noted.elapsed() >= NOTE_EVERY {
+                noted = Instant::now();
+                tracing::info!("waiting for {missing} of {} robots to join", self.members.len());
+            }
+            if self.doorbell.wait_for_answers(JOIN_POLL) {
+                // The countdown is through, but somebody is missing: look again a little later.
+                thread::sleep(JOIN_POLL);
+            }
+        }
+    }
+
+    /// Takes in agents that have joined since the last call; their first commands become answers.
+    /// Does away with those who will not come.
+    pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
+        for lost in self.hosting.link.lost().collect::<Vec<_>>() {
+            let index = lost.id.index as usize;
+            let member = &self.members[index];
+            if member.id == lost.id && matches!(member.presence, Presence::Expected { .. }) {
+                let what = format!("the agent of {} ended before it joined ({})", lost.id, lost.how);
+                self.miss(index, tick, what)?;
+            }
+        }
+        for index in 0..self.members.len() {
+            let Presence::Expected { since } = self.members[index].presence else { continue };
+            if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
+                self.members[index].presence = Presence::Present;
+                answers[index] = Some(command);
+            } else if since.elapsed() > self.join_timeout && !self.is_by_hand(index) {
+                let what =
+                    format!("{} has not joined within {:?}", self.members[index].id, self.join_timeout);
+                self.miss(index, tick, what)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a percept to every agent that takes part; returns their indices.
+    pub(super) fn send(&self, percepts: &[Percept]) -> Result<Vec<usize>, SquadError> {
+        let mut present = Vec::with_capacity(percepts.len());
+        for (index, (member, percept)) in self.members.iter().zip(percepts).enumerate() {
+            if let (Presence::Present, Some(ports)) = (member.presence, &member.ports) {
+                ports.send(percept)?;
+                present.push(index);
+            }
+        }
+        Ok(present)
+    }
+
+    /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`
+    /// ticks. Whatever else is there is refused and counted.
+    pub(super) fn hear(&mut self, index: usize, awaited: RangeInclusive<Tick>) -> Result<Heard, SquadError> {
+        let member = &mut self.members[index];
+        let Some(ports) = &member.ports else { return Ok(Heard::Nothing) };
+        let (mut heard, mut refusals) = (Heard::Nothing, Vec::new());
+        for _ in 0..READS_MAX {
+            let Some(raw) = ports.receive()? else { break };
+            let in_time = awaited.contains(&raw.tick);
+            let expected = if in_time { raw.tick } else { *awaited.end() };
+            match (raw.check(member.id, expected), heard) {
+                (Ok(_), Heard::Command(newest, _)) if raw.tick <= newest => {
+                    refusals.push(format!("it has answered tick {newest} already"));
+                }
+                (Ok(command), _) => {
+                    member.process = member.process.or_else(|| Process::find(raw.pid));
+                    heard = Heard::Command(raw.tick, command);
+                }
+                (Err(error), before) => {
+                    refusals.push(error.to_string());
+                    let not_an_answer =
+                        matches!(error, CommandError::Tick { .. } | CommandError::Sender { .. });
+                    if before == Heard::Nothing && !not_an_answer {
+                        heard = Heard::Refused;
+                    }
+                }
+            }
+        }
+        refusals.iter().for_each(|why| member.refuse(why));
+        Ok(heard)
+    }
+
+    /// Deals with agent `index` if its process has died. Returns whether it had.
+    pub(super) fn bury_if_dead(&mut self, index: usize, tick: Tick) -> Result<bool, SquadError> {
+        let member = &self.members[index];
+        let dead = member.process.is_some_and(|process| process.state() == State::Dead);
+        if dead {
+            let what = format!("{} died before it answered tick {tick}", member.named());
+            self.miss(index, tick, what)?;
+        }
+        Ok(dead)
+    }
+
+    /// Deals with agent `index`, which has not answered for too long.
+    pub(super) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
+        let member = &self.members[index];
+        let state = member.process.map_or(State::Dead, |process| process.state());
+        let (named, patience) = (member.named(), self.hang_timeout);
+        self.miss(
+            index,
+            tick,
+            format!("{named} has not answered tick {tick} for {patience:?}; state: {state}"),
+        )
+    }
+
+    /// Ends the run for every agent.
+    pub(super) fn dismiss(&mut self) {
+        self.doorbell.close();
+        for member in &mut self.members {
+            member.ports = None;
+        }
+    }
+
+    pub(super) fn standings(&self) -> Vec<Standing> {
+        let standing = |member: &Member| Standing {
+            id: member.id,
+            pid: member.process.map(|process| process.pid()),
+            alive: member.presence == Presence::Present,
+            refused: member.refused,
+        };
+        self.members.iter().map(standing).collect()
+    }
+
+    pub(super) fn incidents(&self) -> &[Incident] {
+        &self.incidents
+    }
+
+    /// The hang policy.
+    fn miss(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+        let Member { id, refused, .. } = self.members[index];
+        let consequence = match self.on_hang {
+            OnHang::Fail => return Err(SquadError(what)),
+            OnHang::Exclude => "it is left out from here on",
+            OnHang::Restart if self.is_by_hand(index) => "the arena waits for another agent in its place",
+            OnHang::Restart => "it is restarted",
+        };
+        let what = format!("{what}; {consequence}");
+        tracing::warn!("{what}");
+        // What happens before the first tick belongs to tick 0.
+        let tick = if tick == BOOT_TICK { 0 } else { tick };
+        self.incidents.push(Incident { robot: id.index, tick, what });
+        self.hosting.link.tell(&Event::End(id));
+        // The old life's services go first: descriptors do not grow with restarts.
+        self.members[index] = Member { id, ports: None, process: None, presence: Presence::Out, refused };
+        if self.on_hang == OnHang::Restart {
+            self.members[index] = Member { refused, ..self.host(id.reborn())? };
+            self.hosting.link.tell(&Event::Start(id.reborn()));
+        }
+        Ok(())
+    }
+
+    fn host(&self, id: RobotId) -> Result<Member, SquadError> {
+        let ports = Some(self.medium.host(id, self.deliveries_max)?);
+        let presence = Presence::Expected { since: Instant::now() };
+        Ok(Member { id, ports, process: None, presence, refused: 0 })
+    }
+
+    fn is_by_hand(&self, index: usize) -> bool {
+        !self.hosting.link.is_supervised() || self.hosting.by_hand.contains(&(index as u32))
+    }
+
+    fn announce_by_hand(&self) {
+        let run = self.hosting.run.name();
+        let by_hand: Vec<usize> = (0..self.members.len()).filter(|&index| self.is_by_hand(index)).collect();
+        if let [first, ..] = by_hand[..] {
+            tracing::info!(
+                "run `{run}` waits for {} to be started by hand: robot-agent --run {run} --robot {first}",
+                if by_hand.len() == 1 { "a robot".into() } else { format!("{} robots", by_hand.len()) },
+            );
+        }
+    }
+}
+
+impl Member {
+    /// Counts a refusal; shows the first.
+    fn refuse(&mut self, why: impl fmt::Display) {
+        self.refused += 1;
+        if self.refused == 1 {
+            tracing::warn!("a command of {} is refused: {why} (more are counted, not shown)", self.named());
+        }
+    }
+
+    fn named(&self) -> String {
+        match self.process {
+            Some(process) => format!("{} (pid {})", self.id, process.pid()),
+            None => self.id.to_string(),
+        }
+    }
+}

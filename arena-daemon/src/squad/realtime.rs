@@ -1,0 +1,109 @@
+//! Processes on their own timers: the arena takes what has arrived and never waits.
+
+use std::time::Instant;
+
+use arena::scenario::Scenario;
+use protocol::{
+    command::Command,
+    percept::{Percept, Tick},
+    setup::Mode,
+};
+
+use super::{
+    Answers, Incident, Squad, SquadError, Standing,
+    members::{Heard, Hosting, Members},
+};
+use crate::stop::StopFlag;
+
+/// A command stands for this many ticks if no newer one comes: agents' timers drift against the
+/// arena's, so that a tick may see no command of an agent and the next one two. After that the
+/// robot stands still and is silent.
+const HOLD_TICKS: Tick = 3;
+
+/// Agents that answer when they get to it.
+#[derive(Debug)]
+pub struct Realtime {
+    members: Members,
+    latest: Vec<Option<Latest>>,
+}
+
+/// The last command of one agent.
+#[derive(Clone, Copy, Debug)]
+struct Latest {
+    command: Command,
+    /// The tick it answers; `None` for the command given at boot.
+    answers: Option<Tick>,
+    arrived_tick: Tick,
+    arrived: Instant,
+}
+
+impl Realtime {
+    /// Opens the run to agents.
+    pub fn open(scenario: &Scenario, hosting: Hosting) -> Result<Self, SquadError> {
+        let members = Members::open(scenario, Mode::Realtime, hosting)?;
+        Ok(Self { members, latest: vec![None; scenario.robot_count() as usize] })
+    }
+
+    /// Takes in the newest command of agent `index`, if a new one has come.
+    fn hear(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
+        let next = self.latest[index].and_then(|latest| latest.answers).map_or(0, |answered| answered + 1);
+        match self.members.hear(index, next..=tick.max(next))? {
+            Heard::Command(answers, command) => self.note(index, tick, Some(answers), command),
+            Heard::Refused => {
+                self.latest[index] = self.latest[index].map(|latest| Latest { arrived_tick: 0, ..latest })
+            }
+            Heard::Nothing => {}
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, index: usize, tick: Tick, answers: Option<Tick>, command: Command) {
+        self.latest[index] = Some(Latest { command, answers, arrived_tick: tick, arrived: Instant::now() });
+    }
+}
+
+impl Squad for Realtime {
+    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        let answers = self.members.muster(stop)?;
+        for (index, command) in answers.iter().enumerate() {
+            if let Some(command) = command {
+                self.note(index, 0, None, *command);
+            }
+        }
+        Ok(answers)
+    }
+
+    fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
+        let tick = percepts.first().map_or(0, |percept| percept.tick);
+        answers.fill(None);
+        for index in self.members.send(percepts)? {
+            self.hear(index, tick)?;
+            let Some(latest) = self.latest[index] else { continue };
+            if latest.arrived.elapsed() > self.members.hang_timeout {
+                self.latest[index] = None;
+                self.members.give_up_on(index, tick)?;
+            } else if tick <= latest.arrived_tick + HOLD_TICKS {
+                answers[index] = Some(latest.command);
+            }
+        }
+        self.members.welcome(tick, answers)?;
+        for (index, command) in answers.iter().enumerate() {
+            if let (Some(command), None) = (command, self.latest[index]) {
+                self.note(index, tick, None, *command);
+            }
+        }
+        Ok(())
+    }
+
+    fn dismiss(&mut self) {
+        self.members.dismiss();
+    }
+
+    fn standings(&self) -> Vec<Standing> {
+        self.members.standings()
+    }
+
+    fn incidents(&self) -> &[Incident] {
+        self.members.incidents()
+    }
+}

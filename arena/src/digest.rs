@@ -1,0 +1,76 @@
+//! The digest: what happened in a run, in 128 bits.
+//!
+//! A hash over each tick's robot ids, the bits of their poses, and the ids of the packets they
+//! heard. Two runs with equal digests were the same run; lock-step processes and the in-process
+//! engine must agree on it.
+
+use protocol::{percept::Percept, robot_id::RobotId};
+use twox_hash::XxHash3_128;
+
+use crate::frame::Pose;
+
+/// A digest in the making.
+#[derive(Clone)]
+pub struct Digest(XxHash3_128);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self(XxHash3_128::new())
+    }
+}
+
+impl Digest {
+    /// Takes in one robot's tick. Robots come in the order of their indices.
+    pub fn record(&mut self, robot: RobotId, pose: &Pose, percept: &Percept) {
+        self.number(percept.tick);
+        self.id(robot);
+        for value in [pose.position.x, pose.position.y, pose.heading] {
+            self.number(value.to_bits());
+        }
+        self.number(percept.deliveries.len() as u64);
+        for delivery in &percept.deliveries {
+            self.id(delivery.packet.sender);
+            self.number(delivery.packet.sequence.into());
+        }
+    }
+
+    /// The digest so far, as 32 hexadecimal digits.
+    pub fn hex(&self) -> String {
+        format!("{:032x}", self.0.finish_128())
+    }
+
+    fn id(&mut self, robot: RobotId) {
+        self.number(u64::from(robot.index) << 16 | u64::from(robot.incarnation));
+    }
+
+    fn number(&mut self, value: u64) {
+        self.0.write(&value.to_le_bytes());
+    }
+}
+
+impl std::fmt::Debug for Digest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Digest({})", self.hex())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::ArenaPoint;
+
+    fn digest(x: f64, robot: RobotId) -> String {
+        let mut digest = Digest::default();
+        digest.record(robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &Percept::empty(0));
+        digest.hex()
+    }
+
+    #[test]
+    fn the_last_bit_of_a_pose_and_the_life_of_a_robot_count() {
+        let robot = RobotId::first(0);
+        assert_eq!(digest(1.0, robot), digest(1.0, robot));
+        assert_ne!(digest(1.0, robot), digest(1.0 + f64::EPSILON, robot));
+        assert_ne!(digest(1.0, robot), digest(1.0, robot.reborn()));
+        assert_eq!(digest(1.0, robot).len(), 32);
+    }
+}

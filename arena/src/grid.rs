@@ -1,0 +1,93 @@
+//! A spatial grid: who is within a radius, at a cost that grows with the answer and not with the
+//! swarm.
+
+use crate::frame::ArenaPoint;
+
+/// Points sorted into square cells.
+#[derive(Clone, Debug)]
+pub(crate) struct Grid {
+    cell_m: f64,
+    columns: usize,
+    rows: usize,
+    /// Where each cell's points begin in `members`; one more entry than cells.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Grid {
+    /// Sorts `points` of the rectangle from the origin to `size_m`. `radius_m` is the largest
+    /// radius that will be asked for.
+    pub(crate) fn new(points: &[ArenaPoint], size_m: [f64; 2], radius_m: f64) -> Self {
+        // Never more than about one cell per point, whatever the radius.
+        let roomy = (size_m[0] * size_m[1] / points.len().max(1) as f64).sqrt();
+        let cell_m = radius_m.max(roomy);
+        let count = |length: f64| (length / cell_m).floor() as usize + 1;
+        let (columns, rows) = (count(size_m[0]), count(size_m[1]));
+        let mut grid =
+            Self { cell_m, columns, rows, starts: vec![0; columns * rows + 1], members: Vec::new() };
+        let cells: Vec<usize> = points.iter().map(|point| grid.cell_of(point)).collect();
+        for &cell in &cells {
+            grid.starts[cell + 1] += 1;
+        }
+        for cell in 0..columns * rows {
+            grid.starts[cell + 1] += grid.starts[cell];
+        }
+        let mut next = grid.starts.clone();
+        grid.members = vec![0; points.len()];
+        for (index, &cell) in cells.iter().enumerate() {
+            grid.members[next[cell] as usize] = index as u32;
+            next[cell] += 1;
+        }
+        grid
+    }
+
+    /// Indices of all points that may lie within the radius of `center`: those of its cell and the
+    /// eight around it, in a fixed order.
+    pub(crate) fn around(&self, center: &ArenaPoint) -> impl Iterator<Item = usize> {
+        let (column, row) = self.place(center);
+        let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
+        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
+        rows.flat_map(move |row| {
+            let first = self.starts[row * self.columns + columns.start()] as usize;
+            let last = self.starts[row * self.columns + columns.end() + 1] as usize;
+            self.members[first..last].iter().map(|&index| index as usize)
+        })
+    }
+
+    fn place(&self, point: &ArenaPoint) -> (usize, usize) {
+        // `as` saturates: a point outside the rectangle belongs to the nearest cell of its border.
+        let along = |value: f64, count: usize| ((value / self.cell_m) as usize).min(count - 1);
+        (along(point.x, self.columns), along(point.y, self.rows))
+    }
+
+    fn cell_of(&self, point: &ArenaPoint) -> usize {
+        let (column, row) = self.place(point);
+        row * self.columns + column
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn nobody_within_the_radius_is_missed(
+            points in proptest::collection::vec((0.0_f64..3.0, 0.0_f64..2.0), 1..60),
+            radius in 0.01_f64..4.0,
+        ) {
+            let points: Vec<_> = points.into_iter().map(|(x, y)| ArenaPoint::new(x, y)).collect();
+            let grid = Grid::new(&points, [3.0, 2.0], radius);
+            for center in &points {
+                let mut around: Vec<_> = grid.around(center).collect();
+                around.sort_unstable();
+                prop_assert!(around.windows(2).all(|pair| pair[0] < pair[1]), "nobody comes twice");
+                for (index, point) in points.iter().enumerate() {
+                    prop_assert!((point - center).norm() > radius || around.binary_search(&index).is_ok());
+                }
+            }
+        }
+    }
+}

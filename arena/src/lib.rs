@@ -1,0 +1,23 @@
+//! The world, the infrared and the lamps: pure and deterministic.
+//!
+//! Read [`Arena::tick`] first: commands in, percepts out. Nothing here knows a clock, a thread, a
+//! socket or a process (the one file it reads is the scenario); randomness is a draw keyed by what
+//! it is for, so adding a robot leaves the others' luck alone.
+
+#![forbid(unsafe_code)]
+
+pub mod arena;
+pub mod channel;
+pub mod digest;
+pub mod field;
+pub mod frame;
+mod grid;
+pub mod measurement;
+pub mod metrics;
+pub mod placement;
+pub mod random;
+pub mod scenario;
+pub mod voronoi;
+pub mod world;
+
+pub use arena::Arena;

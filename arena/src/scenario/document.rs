@@ -1,0 +1,261 @@
+//! A scenario file as a TOML tree that knows where each key and value was written.
+//!
+//! Spans count bytes in one text: the file, then one line per override. So a later stage that refuses a
+//! value need not know whether the file or the command line gave it; its span does.
+
+use std::borrow::Cow;
+use std::iter;
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::error::{Place, ScenarioError};
+use super::explain;
+use super::overrides::Override;
+use super::tables::TABLES;
+
+type Span = Range<usize>;
+type Node<'a> = Spanned<DeValue<'a>>;
+
+/// What is wrong with a value that is well-formed by itself.
+#[derive(Debug)]
+pub(super) struct Problem {
+    /// Paths of the values that disagree; the error points at the first that an override set, else the first.
+    pub(super) paths: Vec<String>,
+    /// What is wrong, in one line.
+    pub(super) message: String,
+    /// A way out, if one is known.
+    pub(super) hint: Option<String>,
+}
+
+impl Problem {
+    /// The same problem with a way out.
+    pub(super) fn hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
+    }
+}
+
+/// A TOML tree with the origin of each value.
+pub(super) struct Document<'a> {
+    source: Source<'a>,
+    root: Node<'a>,
+}
+
+impl<'a> Document<'a> {
+    /// The tree of a file's text, changed by the overrides in their order.
+    pub(super) fn parse(
+        name: &'a str,
+        text: &'a str,
+        overrides: &'a [Override],
+    ) -> Result<Self, ScenarioError> {
+        let source = Source { name, text, overrides };
+        let table = DeTable::parse(text).map_err(|error| explain::syntax(&error, &source))?;
+        let mut root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+        for (start, entry) in source.override_starts() {
+            apply(&mut root, entry, start).map_err(|message| ScenarioError {
+                place: Place::Override(entry.spelling().into()),
+                message,
+                hint: None,
+            })?;
+        }
+        Ok(Self { source, root })
+    }
+
+    /// The tree as a value, or what the value's types say about the tree.
+    pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        self.refuse_arrays_for_tables()?;
+        T::deserialize(ValueDeserializer::from(self.root.clone()))
+            .map_err(|error| explain::refusal(&error, self))
+    }
+
+    /// Serde would read `[[channel]]` as a list of the fields of `[channel]`, and forget those to spare.
+    fn refuse_arrays_for_tables(&self) -> Result<(), ScenarioError> {
+        let mut tables = TABLES.iter().filter_map(|name| Some((name, child(&self.root, name)?)));
+        match tables.find(|(_, node)| node.get_ref().is_array()) {
+            None => Ok(()),
+            Some((name, array)) => Err(ScenarioError {
+                place: self.place(&array.span()),
+                message: format!("expected one table [{name}], found an array"),
+                hint: None,
+            }),
+        }
+    }
+
+    /// A problem together with its place.
+    pub(super) fn blame(&self, problem: Problem) -> ScenarioError {
+        let places = problem.paths.iter().map(|path| self.source.place(&self.nearest(path)));
+        let place = places
+            .reduce(|first, next| match (&first, &next) {
+                (Place::Override(_), _) => first,
+                (_, Place::Override(_)) => next,
+                _ => first,
+            })
+            .unwrap_or_else(|| Place::File(self.source.name.into()));
+        ScenarioError { place, message: problem.message, hint: problem.hint }
+    }
+
+    /// Where a span of the tree was written.
+    pub(super) fn place(&self, span: &Span) -> Place {
+        self.source.place(span)
+    }
+
+    /// The path, joined by dots, of the key or value with this span; empty for the whole document.
+    pub(super) fn path_of(&self, span: &Span) -> String {
+        path_of(&self.root, span).unwrap_or_default().join(".")
+    }
+
+    /// Span of the value at a path, or of the innermost table that would hold it.
+    fn nearest(&self, path: &str) -> Span {
+        let nodes = path.split('.').scan(&self.root, |node, key| {
+            *node = child(node, key)?;
+            Some(*node)
+        });
+        nodes.last().unwrap_or(&self.root).span()
+    }
+}
+
+/// Where the tree comes from: a file and the overrides behind it.
+pub(super) struct Source<'a> {
+    name: &'a str,
+    text: &'a str,
+    overrides: &'a [Override],
+}
+
+impl<'a> Source<'a> {
+    /// The text of the file at a span.
+    pub(super) fn excerpt(&self, span: &Span) -> &'a str {
+        self.text.get(span.clone()).unwrap_or_default()
+    }
+
+    /// Where a span was written.
+    pub(super) fn place(&self, span: &Span) -> Place {
+        match self.override_starts().take_while(|(start, _)| *start <= span.start).last() {
+            Some((_, entry)) => Place::Override(entry.spelling().into()),
+            None if span.is_empty() && span.start == 0 => Place::File(self.name.into()),
+            None => Place::Line(self.name.into(), self.line(span.start)),
+        }
+    }
+
+    /// Each override with the offset of its first byte behind the file.
+    fn override_starts(&self) -> impl Iterator<Item = (usize, &'a Override)> + use<'a> {
+        let first = self.text.len() + 1;
+        let length = |entry: &Override| entry.path().len() + "=".len() + entry.value().len() + "\n".len();
+        self.overrides.iter().scan(first, move |next, entry| {
+            let start = *next;
+            *next += length(entry);
+            Some((start, entry))
+        })
+    }
+
+    /// The line of a byte, counted from 1.
+    fn line(&self, offset: usize) -> usize {
+        1 + self.text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
+    }
+}
+
+/// Changes the tree as an override says, whose first byte counts as byte `start`.
+fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(), String> {
+    let value_start = start + entry.path().len() + "=".len();
+    let (parents, last) = match entry.path().rsplit_once('.') {
+        Some((parents, last)) => (Some(parents), last),
+        None => (None, entry.path()),
+    };
+    let mut node = root;
+    let mut key_start = start;
+    for key in parents.into_iter().flat_map(|path| path.split('.')) {
+        let span = key_start..key_start + key.len();
+        key_start = span.end + ".".len();
+        node = child_or_table(node, key, span)?;
+    }
+    match entry.value() {
+        "" => remove(node, last),
+        value => {
+            let slot = child_or_table(node, last, key_start..key_start + last.len())?;
+            *slot = value_node(value, value_start);
+            Ok(())
+        }
+    }
+}
+
+/// The value of an override: TOML if it is, else a bare string.
+fn value_node(text: &str, start: usize) -> Node<'_> {
+    let value = DeValue::parse(text)
+        .unwrap_or_else(|_| Spanned::new(0..text.len(), DeValue::String(Cow::Borrowed(text))));
+    shifted(value, start)
+}
+
+/// The same tree, all spans moved by an offset.
+fn shifted(node: Node<'_>, offset: usize) -> Node<'_> {
+    let moved = |span: Span| span.start + offset..span.end + offset;
+    let span = moved(node.span());
+    let value = match node.into_inner() {
+        DeValue::Array(entries) => {
+            DeValue::Array(entries.into_iter().map(|entry| shifted(entry, offset)).collect())
+        }
+        DeValue::Table(table) => DeValue::Table(
+            table
+                .into_iter()
+                .map(|(key, value)| {
+                    (Spanned::new(moved(key.span()), key.into_inner()), shifted(value, offset))
+                })
+                .collect(),
+        ),
+        scalar => scalar,
+    };
+    Spanned::new(span, value)
+}
+
+fn child<'n, 'a>(node: &'n Node<'a>, key: &str) -> Option<&'n Node<'a>> {
+    match node.get_ref() {
+        DeValue::Table(table) => table.get(key),
+        DeValue::Array(entries) => entries.get(key.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+/// The child at a key, which a table gains as an empty table if it lacks it.
+fn child_or_table<'n, 'a>(
+    node: &'n mut Node<'a>,
+    key: &'a str,
+    span: Span,
+) -> Result<&'n mut Node<'a>, String> {
+    match node.get_mut() {
+        DeValue::Table(table) => Ok(table
+            .entry(Spanned::new(span.clone(), Cow::Borrowed(key)))
+            .or_insert_with(|| Spanned::new(span, DeValue::Table(DeTable::new())))),
+        DeValue::Array(entries) => {
+            let length = entries.len();
+            let entry = key.parse::<usize>().ok().and_then(|index| entries.get_mut(index));
+            entry.ok_or_else(|| format!("there is no entry `{key}` in an array of {length}"))
+        }
+        scalar => Err(format!("there is no `{key}` in a value of type {}", scalar.type_str())),
+    }
+}
+
+fn remove(node: &mut Node<'_>, key: &str) -> Result<(), String> {
+    let removed = match node.get_mut() {
+        DeValue::Table(table) => table.remove(key),
+        _ => None,
+    };
+    removed.map(drop).ok_or_else(|| format!("there is no key `{key}` to remove"))
+}
+
+/// Children come before their parent: an array of tables shares its span with its first table.
+fn path_of(node: &Node<'_>, span: &Span) -> Option<Vec<String>> {
+    let below = |key: &str, value| {
+        path_of(value, span).map(|path| iter::once(key.to_owned()).chain(path).collect::<Vec<_>>())
+    };
+    let found = match node.get_ref() {
+        DeValue::Table(table) => table.iter().find_map(|(key, value)| {
+            let name = key.get_ref();
+            below(name, value).or_else(|| (key.span() == *span).then(|| vec![name.to_string()]))
+        }),
+        DeValue::Array(entries) => {
+            entries.iter().enumerate().find_map(|(index, entry)| below(&index.to_string(), entry))
+        }
+        _ => None,
+    };
+    found.or_else(|| (node.span() == *span).then(Vec::new))
+}

@@ -1,0 +1,58 @@
+//! Reading a scenario from disk: the only I/O of this crate.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use super::Scenario;
+use super::error::{Place, ScenarioError};
+use super::overrides::Override;
+
+/// From this similarity (Jaro-Winkler, 0 to 1) on, a file may be the one that was meant.
+const SIMILAR: f64 = 0.75;
+
+impl Scenario {
+    /// The scenario in a file, with overrides.
+    pub fn load(path: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
+        let name = path.display().to_string();
+        let text = read(path).map_err(|(message, hint)| ScenarioError {
+            place: Place::File(name.clone()),
+            message,
+            hint,
+        })?;
+        Self::parse(&name, &text, overrides)
+    }
+}
+
+/// The text of a file, or what is wrong with it and a hint.
+fn read(path: &Path) -> Result<String, (String, Option<String>)> {
+    let bytes = fs::read(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => ("no such file".into(), similar_files(path)),
+        ErrorKind::IsADirectory => ("is a directory, not a scenario file".into(), None),
+        _ => (format!("cannot be read: {error}"), None),
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let line =
+            1 + error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        (format!("is not UTF-8 text (line {line})"), None)
+    })
+}
+
+/// The `.toml` files beside a missing one whose names resemble it.
+fn similar_files(missing: &Path) -> Option<String> {
+    let folder = missing.parent()?;
+    let wanted = missing.file_stem()?.to_string_lossy();
+    let listed = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let mut similar: Vec<_> = fs::read_dir(listed)
+        .ok()?
+        .filter_map(|entry| Some(folder.join(entry.ok()?.file_name())))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .filter(|path| {
+            path.file_stem()
+                .is_some_and(|stem| strsim::jaro_winkler(&wanted, &stem.to_string_lossy()) >= SIMILAR)
+        })
+        .map(|path| path.display().to_string())
+        .collect();
+    similar.sort();
+    (!similar.is_empty()).then(|| format!("did you mean {}?", similar.join(" or ")))
+}

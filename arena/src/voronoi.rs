@@ -1,0 +1,157 @@
+//! The global Voronoi partition: what an observer who sees all robots would draw.
+//!
+//! Robots never get it. The `voronoi` channel takes its neighbors from here (the paper's
+//! assumption that a robot measures its Voronoi neighbors), and metrics compare it with the cells
+//! robots build themselves. Delaunay is spade's (exact predicates); cells are cut by the same code
+//! as the robots'.
+
+use coverage::{
+    cell::{COINCIDENT_M, HalfPlanes, local_cell},
+    half_plane::HalfPlane,
+    polygon::Polygon,
+};
+use protocol::{
+    setup::Closure,
+    units::{Meters, Radians},
+};
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use crate::frame::ArenaPoint;
+
+/// The walls bound every cell, so no closing rule is ever asked for.
+const UNUSED_CLOSURE: Closure = {
+    let zero = Meters::new(0.0).expect("zero is finite");
+    Closure { triangle_base: zero, triangle_height: zero, close_distance: zero, cap: None }
+};
+
+struct Site {
+    position: Point2<f64>,
+    index: usize,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.position
+    }
+}
+
+/// For each point the indices of its Delaunay neighbors, ascending. A superset of the Voronoi
+/// neighbors inside the arena; the excess ones cut nothing.
+///
+/// Points at exactly the same spot share their neighbors, and are each other's.
+pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Vec<Vec<usize>> {
+    // Equal points become one site; the lowest index stands for them all.
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    let key = |&index: &usize| (points[index].x, points[index].y);
+    order.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let spots: Vec<&[usize]> = order.chunk_by(|a, b| points[*a] == points[*b]).collect();
+
+    let sites = spots
+        .iter()
+        .enumerate()
+        .map(|(index, spot)| {
+            let point = points[spot[0]];
+            // spade refuses coordinates so small that its predicates would underflow.
+            let position = spade::mitigate_underflow(Point2::new(point.x, point.y));
+            Site { position, index }
+        })
+        .collect();
+    let triangulation = DelaunayTriangulation::<Site>::bulk_load_stable(sites)
+        .expect("positions are finite, and underflow is mitigated");
+
+    let mut neighbors = vec![Vec::new(); points.len()];
+    for vertex in triangulation.vertices() {
+        let own = spots[vertex.data().index];
+        let mut around: Vec<usize> =
+            vertex.out_edges().flat_map(|edge| spots[edge.to().data().index]).chain(own).copied().collect();
+        around.sort_unstable();
+        for &index in own {
+            neighbors[index] = around.iter().copied().filter(|&other| other != index).collect();
+        }
+    }
+    neighbors
+}
+
+/// The cell of a robot at `robot` among `others`, cut to the arena, relative to the robot in the
+/// arena's axes.
+pub fn cell_in_arena(
+    robot: ArenaPoint,
+    others: impl Iterator<Item = ArenaPoint>,
+    size_m: [f64; 2],
+) -> Polygon {
+    let bisectors = others.filter_map(|other| {
+        let away = other - robot;
+        let range_m = libm::hypot(away.x, away.y);
+        let bearing = Radians::new(libm::atan2(away.y, away.x)).expect("positions are finite");
+        (range_m > COINCIDENT_M).then(|| HalfPlane::bisector(range_m, bearing))
+    });
+    let lines: HalfPlanes = bisectors.chain(walls_around(robot, size_m)).collect();
+    local_cell(lines, &UNUSED_CLOSURE).expect("four walls bound every cell")
+}
+
+/// The four walls as half-planes relative to `robot`, in the arena's axes: right, top, left, bottom.
+pub fn walls_around(robot: ArenaPoint, [width, height]: [f64; 2]) -> [HalfPlane; 4] {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    [
+        HalfPlane::new(0.0, width - robot.x),
+        HalfPlane::new(quarter, height - robot.y),
+        HalfPlane::new(2.0 * quarter, robot.x),
+        HalfPlane::new(-quarter, robot.y),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use coverage::moments::Moments;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn area(cell: &Polygon) -> f64 {
+        Moments::of(cell, cell[0]).area
+    }
+
+    fn areas(points: &[ArenaPoint]) -> Vec<f64> {
+        let neighbors = delaunay_neighbors(points);
+        points
+            .iter()
+            .zip(neighbors)
+            .map(|(&point, near)| {
+                area(&cell_in_arena(point, near.into_iter().map(|other| points[other]), [1.0, 1.0]))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_lone_robot_owns_the_arena() {
+        assert!((areas(&[ArenaPoint::new(0.3, 0.9)])[0] - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn robots_on_a_line_are_neighbors_along_it() {
+        let line: Vec<_> = (0..5).map(|i| ArenaPoint::new(0.1 + 0.2 * f64::from(i), 0.5)).collect();
+        assert_eq!(delaunay_neighbors(&line)[2], [1, 3]);
+    }
+
+    #[test]
+    fn robots_on_one_spot_share_neighbors_and_cell() {
+        let spot = ArenaPoint::new(0.25, 0.5);
+        let shared = areas(&[spot, spot, ArenaPoint::new(0.75, 0.5)]);
+        assert!(shared.iter().all(|area| (area - 0.5).abs() < 1e-15));
+    }
+
+    proptest! {
+        #[test]
+        fn cells_tile_the_arena(
+            points in proptest::collection::vec((0.0_f64..1.0, 0.0_f64..1.0), 1..80)
+        ) {
+            let points: Vec<_> = points.into_iter().map(|(x, y)| ArenaPoint::new(x, y)).collect();
+            prop_assert!((areas(&points).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
+}

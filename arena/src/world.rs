@@ -1,0 +1,274 @@
+//! Bodies in motion: first-order dynamics (7), walls, and discs that do not overlap.
+
+use nalgebra::Vector2;
+use protocol::{command::Command, frame::BodyVector};
+
+use crate::{
+    frame::{ArenaPoint, Pose, wrapped},
+    grid::Grid,
+    scenario::{Drive, Scenario},
+};
+
+/// Rounds in which overlapping bodies push each other apart, per tick.
+const PUSHES_MAX: usize = 16;
+/// Bodies may overlap by this share of their diameter: rounding, not room.
+const TOUCH: f64 = 1e-9;
+
+/// All bodies and the rules they move by.
+#[derive(Clone, Debug)]
+pub struct World {
+    poses: Vec<Pose>,
+    bumped: Vec<bool>,
+    size_m: [f64; 2],
+    radius_m: f64,
+    speed_limit_m_per_s: f64,
+    drive: Drive,
+    turn_limit_rad_per_s: f64,
+}
+
+impl World {
+    /// The bodies of a scenario at their start.
+    pub fn new(scenario: &Scenario, poses: Vec<Pose>) -> Self {
+        let robots = &scenario.robots;
+        Self {
+            bumped: vec![false; poses.len()],
+            poses,
+            size_m: scenario.arena.size_m.get(),
+            radius_m: robots.radius_m.get(),
+            speed_limit_m_per_s: robots.speed_limit_m_per_s.map_or(f64::INFINITY, |limit| limit.get()),
+            drive: robots.drive,
+            turn_limit_rad_per_s: robots.turn_limit_rad_per_s.get(),
+        }
+    }
+
+    /// Pose of every body.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Whether each body touched a wall or another body in the last motion.
+    pub fn bumped(&self) -> &[bool] {
+        &self.bumped
+    }
+
+    /// Moves every body for `step_s` as its command says; one without a command stands still.
+    pub fn advance(&mut self, step_s: f64, commands: &[Option<Command>]) {
+        let before: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
+        for (pose, command) in self.poses.iter_mut().zip(commands) {
+            let Some(command) = command else { continue };
+            let velocity = command.velocity.capped(self.speed_limit_m_per_s);
+            *pose = match self.drive {
+                Drive::Holonomic => slid(pose, velocity, step_s),
+                Drive::Differential => driven(pose, velocity, step_s, self.turn_limit_rad_per_s),
+            };
+        }
+        self.bumped.fill(false);
+        self.keep_inside();
+        if self.radius_m > 0.0 {
+            self.push_apart();
+            self.retreat(&before);
+        }
+    }
+
+    /// Walls stop a body at its radius.
+    fn keep_inside(&mut self) {
+        let [width, height] = self.size_m;
+        let (low, high_x, high_y) = (self.radius_m, width - self.radius_m, height - self.radius_m);
+        for (pose, bumped) in self.poses.iter_mut().zip(&mut self.bumped) {
+            let inside =
+                ArenaPoint::new(pose.position.x.clamp(low, high_x), pose.position.y.clamp(low, high_y));
+            *bumped |= inside != pose.position;
+            pose.position = inside;
+        }
+    }
+
+    /// Overlapping bodies share the way apart equally, pair by pair in the order of their indices.
+    fn push_apart(&mut self) {
+        for _ in 0..PUSHES_MAX {
+            let overlapping = self.overlapping_pairs();
+            if overlapping.is_empty() {
+                return;
+            }
+            for (a, b) in overlapping {
+                let apart = self.poses[b].position - self.poses[a].position;
+                let distance = apart.norm();
+                let missing = 2.0 * self.radius_m - distance;
+                // An earlier push of this round may have parted them.
+                if missing > 0.0 {
+                    // Bodies on one spot part along the x axis, lower index to the left.
+                    let along = if distance > 0.0 { apart / distance } else { Vector2::x() };
+                    self.poses[a].position -= along * (missing / 2.0);
+                    self.poses[b].position += along * (missing / 2.0);
+                    (self.bumped[a], self.bumped[b]) = (true, true);
+                }
+            }
+            self.keep_inside();
+        }
+    }
+
+    /// Whoever still overlaps goes back to where it was. That can only free room: the positions
+    /// before this tick did not overlap, so this ends, at the latest with everyone back.
+    fn retreat(&mut self, before: &[ArenaPoint]) {
+        loop {
+            let overlapping = self.overlapping_pairs();
+            let mut moved = false;
+            for (a, b) in overlapping {
+                for robot in [a, b] {
+                    moved |= self.poses[robot].position != before[robot];
+                    self.poses[robot].position = before[robot];
+                }
+            }
+            if !moved {
+                return;
+            }
+        }
+    }
+
+    /// Pairs of indices, lower first and in order, whose bodies overlap by more than rounding.
+    fn overlapping_pairs(&self) -> Vec<(usize, usize)> {
+        let positions: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
+        let diameter = 2.0 * self.radius_m;
+        let grid = Grid::new(&positions, self.size_m, diameter);
+        let mut pairs: Vec<_> = (0..positions.len())
+            .flat_map(|a| grid.around(&positions[a]).filter(move |&b| a < b).map(move |b| (a, b)))
+            .filter(|&(a, b)| (positions[b] - positions[a]).norm() < diameter * (1.0 - TOUCH))
+            .collect();
+        pairs.sort_unstable();
+        pairs
+    }
+}
+
+/// ṗ = u (7): the body slides, its heading stays.
+fn slid(pose: &Pose, velocity: BodyVector, step_s: f64) -> Pose {
+    Pose { position: pose.position + pose.outward(velocity) * step_s, ..*pose }
+}
+
+/// Two wheels under a position controller: it turns towards the target as fast as its limit lets
+/// it and drives at the commanded speed, the less the more the target lies abeam, not at all while
+/// it lies behind. The body follows the arc that turning and driving make.
+fn driven(pose: &Pose, velocity: BodyVector, step_s: f64, turn_limit_rad_per_s: f64) -> Pose {
+    let speed = velocity.length();
+    if speed == 0.0 {
+        return *pose;
+    }
+    let bearing = velocity.bearing();
+    let turn_rate = (bearing / step_s).clamp(-turn_limit_rad_per_s, turn_limit_rad_per_s);
+    let ahead = speed * libm::cos(bearing).max(0.0);
+    let half_turn = turn_rate * step_s / 2.0;
+    // The chord of an arc is shorter than the arc by sin(x)/x, x half the turn.
+    let shortening = if half_turn == 0.0 { 1.0 } else { libm::sin(half_turn) / half_turn };
+    let chord = Pose { heading: pose.heading + half_turn, ..*pose };
+    let position = pose.position + chord.outward(BodyVector::new(ahead * step_s * shortening, 0.0));
+    Pose { position, heading: wrapped(pose.heading + 2.0 * half_turn) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use proptest::prelude::*;
+    use protocol::{packet::Packet, robot_id::RobotId};
+
+    use super::*;
+
+    fn world(drive: Drive, radius_m: f64, positions: &[(f64, f64)]) -> World {
+        let pose = |&(x, y)| Pose { position: ArenaPoint::new(x, y), heading: 0.0 };
+        World {
+            poses: positions.iter().map(pose).collect(),
+            bumped: vec![false; positions.len()],
+            size_m: [2.0, 2.0],
+            radius_m,
+            speed_limit_m_per_s: 1.0,
+            drive,
+            turn_limit_rad_per_s: PI / 2.0,
+        }
+    }
+
+    fn go(x: f64, y: f64) -> Option<Command> {
+        let velocity = BodyVector::new(x, y);
+        let packet = Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 };
+        Some(Command { goal: velocity, velocity, packet })
+    }
+
+    #[test]
+    fn a_holonomic_body_slides_where_it_is_told() {
+        let mut world = world(Drive::Holonomic, 0.1, &[(1.0, 1.0)]);
+        world.poses[0].heading = PI / 2.0;
+        world.advance(0.5, &[go(0.4, 0.0)]);
+        assert!((world.poses[0].position - ArenaPoint::new(1.0, 1.2)).norm() < 1e-15);
+        assert_eq!(world.poses[0].heading, PI / 2.0);
+    }
+
+    #[test]
+    fn no_body_is_faster_than_its_limit() {
+        let mut world = world(Drive::Holonomic, 0.0, &[(0.5, 0.5)]);
+        world.advance(1.0, &[go(30.0, 40.0)]);
+        assert!((world.poses[0].position - ArenaPoint::new(1.1, 1.3)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_body_without_a_command_stands_still() {
+        let mut world = world(Drive::Holonomic, 0.1, &[(1.0, 1.0)]);
+        world.advance(0.5, &[None]);
+        assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
+    }
+
+    #[test]
+    fn walls_stop_a_body_at_its_radius() {
+        let mut world = world(Drive::Holonomic, 0.1, &[(0.2, 1.0)]);
+        world.advance(1.0, &[go(-1.0, 0.0)]);
+        assert_eq!(world.poses[0].position, ArenaPoint::new(0.1, 1.0));
+        assert!(world.bumped[0]);
+    }
+
+    #[test]
+    fn two_bodies_that_meet_share_the_way_apart() {
+        let mut world = world(Drive::Holonomic, 0.1, &[(0.85, 1.0), (1.15, 1.0)]);
+        world.advance(1.0, &[go(0.1, 0.0), go(-0.1, 0.0)]);
+        assert!((world.poses[0].position.x - 0.9).abs() < 1e-9);
+        assert!((world.poses[1].position.x - 1.1).abs() < 1e-9);
+        assert_eq!(world.bumped, [true, true]);
+    }
+
+    #[test]
+    fn wheels_turn_before_they_drive_to_what_lies_behind() {
+        let mut world = world(Drive::Differential, 0.0, &[(1.0, 1.0)]);
+        world.advance(1.0, &[go(-0.5, 0.0)]);
+        assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
+        assert!((world.poses[0].heading - PI / 2.0).abs() < 1e-15, "a quarter turn per second");
+    }
+
+    #[test]
+    fn wheels_follow_a_quarter_circle() {
+        let mut world = world(Drive::Differential, 0.0, &[(1.0, 1.0)]);
+        // Target at 45 degrees, reached in a tick of half a second at the turn limit.
+        world.advance(0.5, &[go(0.5, 0.5)]);
+        let radius = 0.5 / (PI / 2.0);
+        let expected =
+            ArenaPoint::new(1.0 + radius * (PI / 4.0).sin(), 1.0 + radius * (1.0 - (PI / 4.0).cos()));
+        assert!((world.poses[0].position - expected).norm() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn bodies_never_overlap_nor_leave(
+            steps in proptest::collection::vec(
+                proptest::collection::vec((-1.0_f64..1.0, -1.0_f64..1.0), 36), 1..8
+            )
+        ) {
+            // A dense block: 36 bodies of 0.1 m radius on a 0.21 m grid.
+            let start: Vec<_> =
+                (0..36).map(|i| (0.3 + 0.21 * f64::from(i % 6), 0.3 + 0.21 * f64::from(i / 6))).collect();
+            let mut world = world(Drive::Holonomic, 0.1, &start);
+            for velocities in steps {
+                let commands: Vec<_> = velocities.into_iter().map(|(x, y)| go(x, y)).collect();
+                world.advance(0.3, &commands);
+                prop_assert!(world.overlapping_pairs().is_empty());
+                for pose in &world.poses {
+                    prop_assert!((0.1..=1.9).contains(&pose.position.x));
+                    prop_assert!((0.1..=1.9).contains(&pose.position.y));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Closing a cell that neighbors and walls leave open (Section V.B of the paper, Fig. 6).
+//!
+//! 1. no line at all: no cell, the robot stays;
+//! 2. all lines on one bearing: an isosceles triangle of constant size, its base on the nearest
+//!    bisector, its apex behind the robot;
+//! 3. a gap of π or more between consecutive bearings: the half-plane r · b <= close distance,
+//!    b the middle of the gap. Two exactly opposite neighbors have two such gaps.
+//!
+//! A gap just under π is formally bounded and can still reach hundreds of meters: the optional cap
+//! (a regular 24-gon) holds that, and the speed cap.
+
+use core::f64::consts::{PI, TAU};
+
+use arrayvec::ArrayVec;
+use nalgebra::Vector2;
+use protocol::setup::Closure;
+
+use crate::{
+    half_plane::HalfPlane,
+    polygon::{self, Polygon},
+};
+
+/// Bearings count as opposite, or as the same, within this angle in radians.
+pub const GAP_EPSILON: f64 = 1e-9;
+/// Gaps of π or more that a full turn can hold: two, of exactly opposite neighbors.
+pub const CLOSING_LINES_MAX: usize = 2;
+/// Sides of the regular polygon that caps a cell.
+pub const CAP_SIDES: usize = 24;
+
+/// How the bearings of the known half-planes lie around the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Opening {
+    /// They all share one bearing.
+    OneBearing,
+    /// Lines that close the gaps of π or more; none if the cell is bounded.
+    Gaps(ArrayVec<HalfPlane, CLOSING_LINES_MAX>),
+}
+
+/// Looks for gaps among `lines`, which are sorted by bearing and not empty.
+pub fn opening(lines: &[HalfPlane], closure: &Closure) -> Opening {
+    let mut closing = ArrayVec::new();
+    for (line, next) in lines.iter().zip(lines.iter().cycle().skip(1)) {
+        let gap = if lines.len() == 1 { TAU } else { line.gap_to(next) };
+        if gap >= TAU - GAP_EPSILON {
+            return Opening::OneBearing;
+        }
+        if gap >= PI - GAP_EPSILON {
+            closing.push(HalfPlane::new(line.bearing + gap / 2.0, closure.close_distance.get()));
+        }
+    }
+    // Lines that agree to the last bit have no gap between them, and no gap around them either.
+    if lines.iter().all(|line| line.bearing == lines[0].bearing) {
+        return Opening::OneBearing;
+    }
+    Opening::Gaps(closing)
+}
+
+/// The triangle of rule 2 behind the nearest line.
+pub fn triangle(nearest: &HalfPlane, closure: &Closure) -> Polygon {
+    let towards = nearest.normal;
+    let base_center = towards * nearest.distance;
+    let half_base = Vector2::new(-towards.y, towards.x) * (closure.triangle_base.get() / 2.0);
+    let apex = base_center - towards * closure.triangle_height.get();
+    [apex, base_center - half_base, base_center + half_base].into_iter().collect()
+}
+
+/// The cell cut to the cap, if there is one and it bites.
+pub fn capped(cell: Polygon, closure: &Closure) -> Polygon {
+    let Some(cap) = closure.cap.map(|cap| cap.get()) else { return cell };
+    if polygon::reach(&cell) <= cap {
+        return cell;
+    }
+    (0..CAP_SIDES).fold(cell, |cell, side| {
+        let line = HalfPlane::new(TAU * side as f64 / CAP_SIDES as f64, cap);
+        polygon::clipped(&cell, |v| line.distance - v.dot(&line.normal))
+    })
+}

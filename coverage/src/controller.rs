@@ -1,0 +1,207 @@
+//! Algorithm 1 of the paper: one robot's control loop, one call per tick.
+
+use protocol::{
+    command::Command, frame::BodyVector, packet::Packet, percept::Percept, robot_id::RobotId,
+    setup::ControllerSetup,
+};
+
+use crate::{
+    cell::{COINCIDENT_M, HalfPlanes, local_cell},
+    half_plane::HalfPlane,
+    law,
+    neighbors::NeighborTable,
+    polygon::Polygon,
+};
+
+/// The mind of one robot: what it remembers between ticks.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    id: RobotId,
+    setup: ControllerSetup,
+    neighbors: NeighborTable,
+    sequence: u32,
+}
+
+impl Controller {
+    /// A mind without memory.
+    pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
+        let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
+        Self { id, setup, neighbors, sequence: 0 }
+    }
+
+    /// The command of a robot that has sensed nothing yet: stand still and be heard.
+    pub fn boot(&mut self) -> Command {
+        Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
+    }
+
+    /// One cycle: hear, build the local cell, find its estimated centroid, head for it (eq. 8).
+    ///
+    /// The robot stays where it is if it has no cell, or if its cell has no positive mass.
+    pub fn step(&mut self, percept: &Percept) -> Command {
+        self.neighbors.record(percept.tick, &percept.deliveries);
+        let cell = self.local_cell(percept);
+        let goal = cell.and_then(|cell| law::goal(&cell, percept, &self.setup)).unwrap_or(BodyVector::HERE);
+        Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
+    }
+
+    /// What was heard and turned away so far.
+    pub fn neighbors(&self) -> &NeighborTable {
+        &self.neighbors
+    }
+
+    fn local_cell(&self, percept: &Percept) -> Option<Polygon> {
+        let bisectors = self
+            .neighbors
+            .iter()
+            .map(|neighbor| &neighbor.delivery)
+            .filter(|heard| heard.range.get() > COINCIDENT_M)
+            .map(|heard| HalfPlane::bisector(heard.range.get(), heard.bearing));
+        let lines: HalfPlanes = bisectors.chain(percept.walls.iter().map(HalfPlane::wall)).collect();
+        local_cell(lines, &self.setup.closure)
+    }
+
+    /// u = k(Ĉ − p), no faster than the cap.
+    fn velocity(&self, goal: BodyVector) -> BodyVector {
+        let velocity = BodyVector(goal.0 * self.setup.gain_per_s);
+        match self.setup.speed_cap {
+            Some(cap) => velocity.capped(cap.get()),
+            None => velocity,
+        }
+    }
+
+    fn next_packet(&mut self, light: f64) -> Packet {
+        let sequence = self.sequence;
+        self.sequence = self.sequence.wrapping_add(1);
+        // A reading past f32 is sent as the largest one the packet can carry.
+        let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+        Packet { sender: self.id, sequence, light }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::{
+        percept::{Delivery, Light, Stimulus, Wall},
+        setup::{Closure, GradientMode, Law},
+        units::{Meters, MetersPerSecond, Radians},
+    };
+
+    use super::*;
+
+    fn meters(value: f64) -> Meters {
+        Meters::new(value).unwrap()
+    }
+
+    fn radians(value: f64) -> Radians {
+        Radians::new(value).unwrap()
+    }
+
+    fn setup() -> ControllerSetup {
+        ControllerSetup {
+            law: Law::Linear,
+            gain_per_s: 1.0,
+            speed_cap: MetersPerSecond::new(0.3),
+            gradient: GradientMode::Measured,
+            closure: Closure {
+                triangle_base: meters(0.6),
+                triangle_height: meters(0.6),
+                close_distance: meters(0.25),
+                cap: None,
+            },
+            neighbor_timeout_ticks: 1,
+        }
+    }
+
+    fn percept(light: f64, neighbors: &[(f64, f64)]) -> Percept {
+        let mut percept = Percept::empty(0);
+        percept.light = Light { value: light, stimulus: Stimulus::Gradient(BodyVector::HERE) };
+        percept.deliveries = (1..)
+            .zip(neighbors)
+            .map(|(index, &(range, bearing))| Delivery {
+                packet: Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 },
+                range: meters(range),
+                bearing: radians(bearing),
+                orientation: radians(0.0),
+            })
+            .collect();
+        percept
+    }
+
+    fn step(setup: ControllerSetup, percept: &Percept) -> Command {
+        Controller::new(RobotId::first(0), setup).step(percept)
+    }
+
+    #[test]
+    fn a_robot_that_hears_nobody_stays() {
+        assert_eq!(step(setup(), &percept(1.0, &[])).goal, BodyVector::HERE);
+    }
+
+    #[test]
+    fn a_robot_in_the_dark_stays() {
+        assert_eq!(step(setup(), &percept(0.0, &[(0.4, 0.0)])).goal, BodyVector::HERE);
+    }
+
+    #[test]
+    fn a_robot_whose_estimate_is_negative_everywhere_stays() {
+        assert_eq!(step(setup(), &percept(-1.0, &[(0.4, 0.0)])).goal, BodyVector::HERE);
+    }
+
+    #[test]
+    fn a_neighbor_on_the_very_spot_is_ignored() {
+        let alone = step(setup(), &percept(1.0, &[(0.4, 0.0)]));
+        assert_eq!(step(setup(), &percept(1.0, &[(0.4, 0.0), (1e-10, 2.0)])).goal, alone.goal);
+    }
+
+    #[test]
+    fn a_single_neighbor_ahead_pushes_the_robot_back() {
+        let command = step(setup(), &percept(1.0, &[(0.1, 0.0)]));
+        // The triangle's center lies a third of its height behind the bisector.
+        assert!((command.goal.0.x - (0.05 - 0.2)).abs() < 1e-15);
+        assert!(command.goal.0.y.abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_speed_cap_shortens_the_velocity_but_not_the_goal() {
+        let fast = ControllerSetup { gain_per_s: 10.0, ..setup() };
+        let command = step(fast, &percept(1.0, &[(0.1, 0.0)]));
+        assert!((command.velocity.length() - 0.3).abs() < 1e-15);
+        assert!((command.goal.length() - 0.15).abs() < 1e-15);
+    }
+
+    #[test]
+    fn walls_alone_make_a_cell() {
+        let mut percept = percept(1.0, &[]);
+        let wall = |distance, bearing| Wall { distance: meters(distance), bearing: radians(bearing) };
+        percept.walls.extend([wall(0.75, 0.0), wall(0.5, 1.5707963267948966)]);
+        percept.walls.extend([wall(0.25, 3.141592653589793), wall(0.5, -1.5707963267948966)]);
+        let goal = step(setup(), &percept).goal;
+        assert!((goal.0.x - 0.25).abs() < 1e-15 && goal.0.y.abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_uniform_law_ignores_the_light() {
+        let uniform = ControllerSetup { law: Law::Uniform, ..setup() };
+        let neighbors = [(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)];
+        assert_eq!(
+            step(uniform, &percept(0.0, &neighbors)).goal,
+            step(uniform, &percept(9.0, &neighbors)).goal
+        );
+    }
+
+    #[test]
+    fn the_exact_law_agrees_with_the_linear_one_where_the_field_is_flat() {
+        let exact = ControllerSetup { law: Law::Exact, ..setup() };
+        let mut percept = percept(2.0, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
+        percept.field.push(protocol::percept::FieldComponent::Constant(2.0));
+        let difference = step(exact, &percept).goal.0 - step(setup(), &percept).goal.0;
+        assert!(difference.norm() < 1e-14);
+    }
+
+    #[test]
+    fn packets_are_numbered_from_the_boot() {
+        let mut controller = Controller::new(RobotId::first(3), setup());
+        assert_eq!(controller.boot().packet.sequence, 0);
+        let packet = controller.step(&percept(4.0, &[])).packet;
+        assert_eq!(packet, Packet { sender: RobotId::first(3), sequence: 1, light: 4.0 });
+    }
+}

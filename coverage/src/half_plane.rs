@@ -1,0 +1,80 @@
+//! A straight line the robot must stay on its side of: a bisector, a wall or a closing line.
+
+use core::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+use protocol::{percept::Wall, units::Radians};
+
+/// All points r with r · normal <= distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfPlane {
+    /// Bearing of the outward normal in (-π, π].
+    pub bearing: f64,
+    /// Unit outward normal.
+    pub normal: Vector2<f64>,
+    /// Distance of the line from the robot, meters; zero or more.
+    pub distance: f64,
+}
+
+impl HalfPlane {
+    /// The half-plane whose outward normal has `bearing`.
+    pub fn new(bearing: f64, distance: f64) -> Self {
+        let (sin, cos) = libm::sincos(bearing);
+        Self { bearing: wrapped(bearing), normal: Vector2::new(cos, sin), distance }
+    }
+
+    /// The points nearer to the robot than to a neighbor at `range_m` under `bearing`.
+    pub fn bisector(range_m: f64, bearing: Radians) -> Self {
+        Self::new(bearing.get(), range_m / 2.0)
+    }
+
+    /// The inner side of a wall. A robot pressed through its wall counts as standing on it.
+    pub fn wall(wall: &Wall) -> Self {
+        Self::new(wall.bearing.get(), wall.distance.get().max(0.0))
+    }
+
+    /// Counter-clockwise angle from this normal to the next one, in [0, 2π).
+    pub fn gap_to(&self, next: &Self) -> f64 {
+        let gap = next.bearing - self.bearing;
+        if gap < 0.0 { gap + TAU } else { gap }
+    }
+
+    /// Where the two boundary lines cross. Far away, or not finite, if they are nearly parallel.
+    pub fn crossing(&self, other: &Self) -> Vector2<f64> {
+        let (a, b) = (self, other);
+        let det = a.normal.perp(&b.normal);
+        Vector2::new(
+            (a.distance * b.normal.y - b.distance * a.normal.y) / det,
+            (b.distance * a.normal.x - a.distance * b.normal.x) / det,
+        )
+    }
+}
+
+/// The same angle in (-π, π].
+pub(crate) fn wrapped(angle: f64) -> f64 {
+    if angle > -PI && angle <= PI {
+        return angle;
+    }
+    let turned = angle - TAU * libm::floor(angle / TAU);
+    if turned > PI { turned - TAU } else { turned }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn perpendicular_lines_cross_where_one_expects() {
+        let east = HalfPlane::new(0.0, 2.0);
+        let north = HalfPlane::new(PI / 2.0, 3.0);
+        assert!((east.crossing(&north) - Vector2::new(2.0, 3.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn angles_wrap_into_one_turn() {
+        assert_eq!(wrapped(PI), PI);
+        assert!((wrapped(-PI) - PI).abs() < 1e-15);
+        assert!((wrapped(7.0) - (7.0 - TAU)).abs() < 1e-15);
+        assert!((wrapped(-20.0) - (-20.0 + 3.0 * TAU)).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,23 @@
+//! Control laws: cell and percept -> goal.
+//!
+//! A law is one file here and one line in [`goal`].
+
+mod exact;
+mod linear;
+mod uniform;
+
+use nalgebra::Vector2;
+use protocol::{
+    frame::BodyVector,
+    percept::Percept,
+    setup::{ControllerSetup, Law},
+};
+
+/// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay.
+pub fn goal(cell: &[Vector2<f64>], percept: &Percept, setup: &ControllerSetup) -> Option<BodyVector> {
+    match setup.law {
+        Law::Linear => linear::goal(cell, &percept.light, setup.gradient),
+        Law::Uniform => uniform::goal(cell),
+        Law::Exact => exact::goal(cell, &percept.field),
+    }
+}

@@ -1,0 +1,12 @@
+//! The paper's law: φ as its value and gradient at the robot foretell it (eq. 10 to 18).
+
+use nalgebra::Vector2;
+use protocol::{frame::BodyVector, percept::Light, setup::GradientMode};
+
+use crate::{centroid, estimate::LinearField};
+
+pub(super) fn goal(cell: &[Vector2<f64>], light: &Light, gradient: GradientMode) -> Option<BodyVector> {
+    let estimate = LinearField::sensed(light, gradient);
+    let positive = estimate.positive_part(cell);
+    centroid::mass(&positive, &estimate).map(|mass| BodyVector(mass.centroid))
+}

@@ -1,0 +1,73 @@
+//! Convex polygons, counter-clockwise, meters, body frame.
+
+use arrayvec::ArrayVec;
+use nalgebra::Vector2;
+use protocol::percept::{DELIVERIES_MAX, WALLS_MAX};
+
+use crate::closure::{CAP_SIDES, CLOSING_LINES_MAX};
+
+/// Most half-planes a cell is cut from.
+pub const HALF_PLANES_MAX: usize = DELIVERIES_MAX + WALLS_MAX + CLOSING_LINES_MAX;
+/// Most vertices a polygon can have: one per half-plane, cap side, and one for the cut to V+.
+pub const VERTICES_MAX: usize = HALF_PLANES_MAX + CAP_SIDES + 1;
+
+/// Vertices of a convex polygon in counter-clockwise order.
+pub type Polygon = ArrayVec<Vector2<f64>, VERTICES_MAX>;
+
+/// Each edge as (start, end), the closing edge included.
+pub fn edges(polygon: &[Vector2<f64>]) -> impl Iterator<Item = (&Vector2<f64>, &Vector2<f64>)> {
+    polygon.iter().zip(polygon.iter().cycle().skip(1))
+}
+
+/// The part of a convex polygon where the affine function `height` is zero or more; empty if that
+/// part has no area. Cutting a convex polygon once adds at most one vertex.
+pub fn clipped(polygon: &[Vector2<f64>], height: impl Fn(&Vector2<f64>) -> f64) -> Polygon {
+    let mut kept = Polygon::new();
+    for (start, end) in edges(polygon) {
+        let (above, next) = (height(start), height(end));
+        if above >= 0.0 {
+            kept.push(*start);
+        }
+        if (above > 0.0 && next < 0.0) || (above < 0.0 && next > 0.0) {
+            kept.push(start + (end - start) * (above / (above - next)));
+        }
+    }
+    if kept.len() < 3 {
+        kept.clear();
+    }
+    kept
+}
+
+/// Distance of the farthest vertex from the robot, meters.
+pub fn reach(polygon: &[Vector2<f64>]) -> f64 {
+    polygon.iter().map(Vector2::norm).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    fn square() -> [Vector2<f64>; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Vector2::new(x, y))
+    }
+
+    #[test]
+    fn a_cut_through_the_middle_keeps_half() {
+        let half = clipped(&square(), |v| v.x - 0.5);
+        let mut xs: Vec<f64> = half.iter().map(|v| v.x).collect();
+        xs.sort_by(f64::total_cmp);
+        assert_eq!(xs, [0.5, 0.5, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_cut_that_touches_one_vertex_leaves_nothing() {
+        assert!(clipped(&square(), |v| v.x + v.y - 2.0).is_empty());
+    }
+
+    #[test]
+    fn a_cut_outside_leaves_the_polygon_alone() {
+        assert_eq!(clipped(&square(), |v| v.x + 1.0).as_slice(), square());
+    }
+}

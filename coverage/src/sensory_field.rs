@@ -1,0 +1,79 @@
+//! The true sensory function φ, term by term.
+//!
+//! A robot meets it only under the `exact` controller, in its own body frame; the arena evaluates
+//! the same terms in its frame. The formulas do not care which frame a point is in, as long as
+//! component and point share it.
+
+use nalgebra::Vector2;
+use protocol::percept::FieldComponent;
+
+/// φ at a point: the sum of its components.
+pub fn value(field: &[FieldComponent], at: Vector2<f64>) -> f64 {
+    field.iter().map(|component| component_value(component, at)).sum()
+}
+
+/// ∇φ at a point, per meter.
+pub fn gradient(field: &[FieldComponent], at: Vector2<f64>) -> Vector2<f64> {
+    field.iter().map(|component| component_gradient(component, at)).sum()
+}
+
+/// The shortest length over which φ bends, meters; infinite for a constant. Quadrature steps by it.
+pub fn length_scale(field: &[FieldComponent]) -> f64 {
+    field
+        .iter()
+        .map(|component| match component {
+            FieldComponent::Constant(_) => f64::INFINITY,
+            FieldComponent::Gaussian { sigma_m, .. } => *sigma_m,
+            FieldComponent::Lamp { half_distance_m, .. } => *half_distance_m,
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn component_value(component: &FieldComponent, at: Vector2<f64>) -> f64 {
+    match component {
+        FieldComponent::Constant(value) => *value,
+        FieldComponent::Gaussian { center, amplitude, sigma_m } => {
+            amplitude * libm::exp(-(at - center.0).norm_squared() / (2.0 * sigma_m * sigma_m))
+        }
+        FieldComponent::Lamp { position, peak, half_distance_m } => {
+            peak / (1.0 + (at - position.0).norm_squared() / (half_distance_m * half_distance_m))
+        }
+    }
+}
+
+fn component_gradient(component: &FieldComponent, at: Vector2<f64>) -> Vector2<f64> {
+    let value = component_value(component, at);
+    match component {
+        FieldComponent::Constant(_) => Vector2::zeros(),
+        FieldComponent::Gaussian { center, sigma_m, .. } => (center.0 - at) * (value / (sigma_m * sigma_m)),
+        FieldComponent::Lamp { position, peak, half_distance_m } => {
+            (position.0 - at) * (2.0 * value * value / (peak * half_distance_m * half_distance_m))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::frame::BodyVector;
+
+    use super::*;
+
+    #[test]
+    fn gradients_agree_with_finite_differences() {
+        let field = [
+            FieldComponent::Constant(3.0),
+            FieldComponent::Gaussian { center: BodyVector::new(0.2, 0.1), amplitude: 2.0, sigma_m: 0.4 },
+            FieldComponent::Lamp { position: BodyVector::new(-0.3, 0.5), peak: 7.0, half_distance_m: 0.5 },
+        ];
+        let (at, h) = (Vector2::new(0.4, -0.3), 1e-6);
+        let slope = |step: Vector2<f64>| (value(&field, at + step) - value(&field, at - step)) / (2.0 * h);
+        let numeric = Vector2::new(slope(Vector2::new(h, 0.0)), slope(Vector2::new(0.0, h)));
+        assert!((gradient(&field, at) - numeric).norm() < 1e-8);
+    }
+
+    #[test]
+    fn half_the_peak_is_left_at_the_half_distance() {
+        let lamp = [FieldComponent::Lamp { position: BodyVector::HERE, peak: 500.0, half_distance_m: 0.5 }];
+        assert_eq!(value(&lamp, Vector2::new(0.0, 0.5)), 250.0);
+    }
+}

@@ -1,0 +1,125 @@
+//! `lamplight run`: one scenario, one engine.
+
+use std::{process, process::ExitCode};
+
+use anyhow::{Context, anyhow};
+use arena::{Arena, scenario::Scenario};
+use arena_daemon::{
+    engine::{self, Plan},
+    options::RunOptions,
+    outputs::{self, Outputs},
+    progress,
+    stop::{StopFlag, exit_status},
+    summary::Ending,
+};
+use clap::{Args, ValueEnum};
+use protocol::{run_dir::RunName, setup::Mode};
+use serde_json::Value;
+
+use crate::{failure::Failure, in_process::InProcess, limits, report_line, supervisor};
+
+/// Who thinks for the robots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// A process per robot
+    #[default]
+    Processes,
+    /// One loop in one process: the same results, faster, for large batches
+    InProcess,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    options: RunOptions,
+
+    /// Who thinks for the robots
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engine,
+
+    /// Print summary.json on standard output
+    #[arg(long)]
+    json: bool,
+
+    /// Name of the run, for agents that join by hand [default: SCENARIO-PID]
+    #[arg(long)]
+    name: Option<RunName>,
+
+    /// Leave these robots to be started by hand (robot-agent --run NAME --robot N), such as 3,7
+    #[arg(long, value_name = "ROBOTS", value_delimiter = ',')]
+    by_hand: Vec<u32>,
+}
+
+/// What a run came to.
+pub(crate) struct Outcome {
+    /// Its `summary.json`.
+    pub(crate) summary: String,
+    /// The signal that cut it short, if one did.
+    pub(crate) signal: Option<i32>,
+}
+
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
+    progress::init_log(args.options.quiet);
+    let scenario = args.options.load().map_err(Failure::usage)?;
+    if let Some(folder) = &args.options.out {
+        outputs::check_free(folder).map_err(Failure::Usage)?;
+    }
+    let outcome = match args.engine {
+        Engine::InProcess => in_process(args, &scenario)?,
+        Engine::Processes => processes(args, &scenario)?,
+    };
+    let summary: Value = serde_json::from_str(&outcome.summary).map_err(Failure::run)?;
+    match args.json {
+        true => print!("{}", outcome.summary),
+        false => print!("{}", report_line::lines(&summary)),
+    }
+    if summary["ended"] == serde_json::json!(Ending::Failed) {
+        return Err(Failure::Run(anyhow!("{}", summary["failure"].as_str().unwrap_or("the run failed"))));
+    }
+    Ok(outcome.signal.map_or(ExitCode::SUCCESS, |signal| ExitCode::from(exit_status(signal))))
+}
+
+fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
+    let options = &args.options;
+    if options.mode() == Mode::Realtime {
+        let message =
+            "the in-process engine has virtual time only; use --engine processes for --mode realtime";
+        return Err(Failure::Usage(anyhow!(message)));
+    }
+    if args.name.is_some() || !args.by_hand.is_empty() {
+        let message = "--name and --by-hand are about processes; use --engine processes";
+        return Err(Failure::Usage(anyhow!(message)));
+    }
+    let arena = Arena::new(scenario).map_err(Failure::usage)?;
+    let mode = Mode::Lockstep;
+    let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
+    let plan = Plan { engine: "in-process", mode, speed: options.speed, quiet: options.quiet };
+    let summary = engine::run(scenario, arena, &mut squad, plan, outputs, &stop).map_err(Failure::Run)?;
+    Ok(Outcome { summary: summary.json(), signal: stop.signal() })
+}
+
+fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
+    let robots = scenario.robot_count();
+    if let Some(robot) = args.by_hand.iter().find(|&&robot| robot >= robots) {
+        let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
+        return Err(Failure::Usage(anyhow!(message)));
+    }
+    limits::prepare(robots).map_err(Failure::Usage)?;
+    // A start that cannot be placed should fail here, before processes are started.
+    Arena::new(scenario).map_err(Failure::usage)?;
+    let name = match &args.name {
+        Some(name) => name.clone(),
+        None => default_name(scenario),
+    };
+    supervisor::run(&args.options, &name, robots, &args.by_hand).map_err(Failure::Run)
+}
+
+/// The scenario's name, as far as a run's name can hold it, and our process number.
+fn default_name(scenario: &Scenario) -> RunName {
+    let clean = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    let stem: String = scenario.name.chars().map(clean).take(40).collect();
+    format!("{stem}-{}", process::id()).parse().expect("40 clean characters and a number make a name")
+}

@@ -1,0 +1,37 @@
+//! What arena and supervisor tell each other: one JSON object per line, over the arena's standard
+//! input and output. If the supervisor dies, the arena reads the end of its input and ends the run.
+
+use std::string::String;
+
+use serde::{Deserialize, Serialize};
+
+use crate::robot_id::RobotId;
+
+/// From the arena to its supervisor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Event {
+    /// The services stand: agents may come.
+    Ready,
+    /// Start another life of this robot.
+    Start(RobotId),
+    /// This life of the robot is over for the arena: end its process, if it is yours.
+    End(RobotId),
+    /// The run is over; this is its `summary.json`.
+    Summary(String),
+}
+
+/// From the supervisor to its arena.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// End the run at the next tick and write what there is.
+    Stop,
+    /// An agent's process has ended.
+    Lost {
+        /// Whose it was.
+        id: RobotId,
+        /// How it ended, such as `exit status 1` or `signal 9`.
+        how: String,
+    },
+}

@@ -1,0 +1,239 @@
+//! The doorbell of lock-step: one page of shared memory with the tick number and a countdown.
+//!
+//! The arena sets the countdown to the number of live agents, raises the tick and wakes all of
+//! them by one broadcast futex; the last agent to answer wakes the arena. Every wait has a
+//! timeout, so a dead partner costs time but never blocks. The page is only a hint to look: what
+//! counts are the messages, so an agent that rings falsely gains nothing.
+
+#![allow(unsafe_code)] // One `unsafe impl`; the mapping itself is in `mapping`.
+
+use core::{
+    sync::atomic::{AtomicU32, Ordering},
+    time::Duration,
+};
+use std::{io, path::Path, time::Instant};
+
+use rustix::thread::futex::{self, Flags, Timespec};
+
+use crate::mapping::{Mapping, Shareable};
+
+/// The last character is the version of this layout.
+const MAGIC: u32 = u32::from_le_bytes(*b"LMB1");
+
+/// Each word that is written in the tick has a cache line of its own.
+#[repr(C, align(64))]
+#[derive(Debug)]
+struct Line(AtomicU32);
+
+#[repr(C)]
+#[derive(Debug)]
+struct Page {
+    magic: AtomicU32,
+    closed: AtomicU32,
+    /// Raised once per tick; agents sleep on it.
+    round: Line,
+    /// Answers the arena still waits for; the arena sleeps on it.
+    missing: Line,
+}
+const _: () = assert!(size_of::<Page>() == 192);
+
+// SAFETY: `Page` consists of atomics; what padding the alignment makes is never read.
+unsafe impl Shareable for Page {}
+
+/// What an agent wakes up to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ring {
+    /// A new round has begun; this is its number.
+    Round(u32),
+    /// The run is over.
+    Closed,
+    /// Nothing happened for as long as one was ready to wait.
+    Silence,
+}
+
+/// The page, as either side sees it.
+#[derive(Debug)]
+pub struct Doorbell {
+    page: Mapping<Page>,
+}
+
+impl Doorbell {
+    /// The arena's: a new page at `path`.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let page = Mapping::<Page>::create(path)?;
+        page.magic.store(MAGIC, Ordering::Release);
+        Ok(Self { page })
+    }
+
+    /// An agent's: the page of a running arena.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let page = Mapping::<Page>::open(path)?;
+        match page.magic.load(Ordering::Acquire) {
+            MAGIC => Ok(Self { page }),
+            other => Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                std::format!("doorbell has magic {other:#010x}, this build knows {MAGIC:#010x}"),
+            )),
+        }
+    }
+
+    /// The arena expects `answers` answers to what it rings for next.
+    pub fn expect(&self, answers: u32) {
+        self.page.missing.0.store(answers, Ordering::Release);
+    }
+
+    /// The arena begins the next round and wakes every agent.
+    pub fn ring(&self) {
+        self.page.round.0.fetch_add(1, Ordering::Release);
+        self.wake(&self.page.round);
+    }
+
+    /// The arena ends the run and wakes every agent to see it.
+    pub fn close(&self) {
+        self.page.closed.store(1, Ordering::Release);
+        self.ring();
+    }
+
+    /// The arena waits until the countdown is through, `timeout` at most. Returns whether it is;
+    /// true is only a hint that all answers may be there.
+    pub fn wait_for_answers(&self, timeout: Duration) -> bool {
+        let deadline = Instant::now() + timeout;
+        loop {
+            // Counted below zero by a false ring: nothing left to wait for here.
+            let missing = self.page.missing.0.load(Ordering::Acquire);
+            if missing as i32 <= 0 {
+                return true;
+            }
+            if !sleep_while(&self.page.missing.0, missing, deadline) {
+                return false;
+            }
+        }
+    }
+
+    /// The number of the current round.
+    pub fn round(&self) -> u32 {
+        self.page.round.0.load(Ordering::Acquire)
+    }
+
+    /// An agent waits for a round after `seen`, `timeout` at most.
+    pub fn wait_for_ring(&self, seen: u32, timeout: Duration) -> Ring {
+        let deadline = Instant::now() + timeout;
+        loop {
+            if self.is_closed() {
+                return Ring::Closed;
+            }
+            let round = self.round();
+            if round != seen {
+                return Ring::Round(round);
+            }
+            if !sleep_while(&self.page.round.0, seen, deadline) {
+                return Ring::Silence;
+            }
+        }
+    }
+
+    /// True once the run is over.
+    pub fn is_closed(&self) -> bool {
+        self.page.closed.load(Ordering::Acquire) != 0
+    }
+
+    /// An agent has answered; the last one wakes the arena.
+    pub fn answer(&self) {
+        if self.page.missing.0.fetch_sub(1, Ordering::AcqRel) == 1 {
+            self.wake(&self.page.missing);
+        }
+    }
+
+    fn wake(&self, line: &Line) {
+        futex::wake(&line.0, Flags::empty(), i32::MAX as u32).expect("a mapped word can be woken");
+    }
+}
+
+/// Sleeps until somebody wakes `word` or it no longer holds `value`. False once `deadline` is past.
+fn sleep_while(word: &AtomicU32, value: u32, deadline: Instant) -> bool {
+    let left = deadline.saturating_duration_since(Instant::now());
+    if left.is_zero() {
+        return false;
+    }
+    let left = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+    // Every outcome (woken, changed, interrupted, timed out) means the same: look again.
+    let _ = futex::wait(word, Flags::empty(), value, Some(&left));
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    const SOON: Duration = Duration::from_secs(20);
+
+    fn page() -> (tempfile::TempDir, Doorbell, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("doorbell");
+        let arena = Doorbell::create(&path).unwrap();
+        (folder, arena, path)
+    }
+
+    #[test]
+    fn rounds_reach_every_agent_and_answers_reach_the_arena() {
+        let (_folder, arena, path) = page();
+        let agents: std::vec::Vec<_> = (0..4)
+            .map(|_| {
+                let bell = Doorbell::open(&path).unwrap();
+                thread::spawn(move || {
+                    let mut seen = 0;
+                    while let Ring::Round(round) = bell.wait_for_ring(seen, SOON) {
+                        assert_eq!(round, seen + 1, "no round is missed in lock-step");
+                        seen = round;
+                        bell.answer();
+                    }
+                    seen
+                })
+            })
+            .collect();
+        for _ in 0..100 {
+            arena.expect(4);
+            arena.ring();
+            assert!(arena.wait_for_answers(SOON));
+        }
+        arena.close();
+        for agent in agents {
+            assert_eq!(agent.join().unwrap(), 100);
+        }
+    }
+
+    #[test]
+    fn a_silent_agent_costs_the_timeout_and_no_more() {
+        let (_folder, arena, _) = page();
+        arena.expect(1);
+        arena.ring();
+        assert!(!arena.wait_for_answers(Duration::from_millis(5)));
+    }
+
+    #[test]
+    fn false_rings_do_not_lock_the_arena_up() {
+        let (_folder, arena, _) = page();
+        arena.expect(1);
+        for _ in 0..5 {
+            arena.answer();
+        }
+        assert!(arena.wait_for_answers(Duration::from_millis(5)));
+    }
+
+    #[test]
+    fn an_agent_without_an_arena_hears_silence() {
+        let (_folder, _arena, path) = page();
+        let agent = Doorbell::open(&path).unwrap();
+        assert_eq!(agent.wait_for_ring(0, Duration::from_millis(5)), Ring::Silence);
+    }
+
+    #[test]
+    fn a_file_that_is_no_doorbell_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("doorbell");
+        std::fs::write(&path, [1; 192]).unwrap();
+        assert!(Doorbell::open(&path).is_err());
+    }
+}

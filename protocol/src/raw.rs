@@ -1,0 +1,494 @@
+//! Messages as shared memory holds them: raw numbers, checked once on arrival.
+//!
+//! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header; a
+//! command is one [`RawCommand`]. Any process of the same user can write here, so nothing is
+//! believed: [`RawCommand::check`] and [`RawPercept::read`] turn bytes into checked types, or say
+//! why not. Both directions keep every bit of every number, so that processes and the in-process
+//! engine compute the same.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::{
+    command::Command,
+    frame::BodyVector,
+    packet::{PACKET_BYTES_MAX, Packet, PacketError},
+    percept::{
+        COMPONENTS_MAX, DELIVERIES_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX,
+        Wall,
+    },
+    robot_id::RobotId,
+    units::{Meters, NotFinite, Radians},
+};
+
+/// The tick number of a command that was given before the first percept.
+pub const BOOT_TICK: Tick = Tick::MAX;
+
+/// One infrared frame: the first `len` bytes count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawFrame {
+    /// Bytes in use; more than [`PACKET_BYTES_MAX`] is refused.
+    pub len: u32,
+    /// The frame, padded with zeros.
+    pub bytes: [u8; PACKET_BYTES_MAX],
+}
+const _: () = assert!(size_of::<RawFrame>() == 36);
+
+/// A packet as one receiver heard it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawDelivery {
+    /// Distance to the sender.
+    pub range_m: f64,
+    /// Direction to the sender, body frame.
+    pub bearing_rad: f64,
+    /// Heading of the sender relative to the receiver's.
+    pub orientation_rad: f64,
+    /// What was said.
+    pub frame: RawFrame,
+    /// Zero.
+    pub padding: u32,
+}
+const _: () = assert!(size_of::<RawDelivery>() == 64);
+
+/// A wall: r · (cos bearing, sin bearing) <= distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawWall {
+    /// Distance along the normal.
+    pub distance_m: f64,
+    /// Bearing of the outward normal.
+    pub bearing_rad: f64,
+}
+const _: () = assert!(size_of::<RawWall>() == 16);
+
+/// One term of the true field: kind 0 constant (a = value), 1 Gaussian (a = amplitude, b = σ),
+/// 2 lamp (a = peak, b = half distance).
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawComponent {
+    /// Which formula.
+    pub kind: u32,
+    /// Zero.
+    pub padding: u32,
+    /// Center, body frame.
+    pub x_m: f64,
+    /// Center, body frame.
+    pub y_m: f64,
+    /// Height.
+    pub a: f64,
+    /// Width in meters.
+    pub b: f64,
+}
+const _: () = assert!(size_of::<RawComponent>() == 40);
+
+/// Everything of a percept but its deliveries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawPercept {
+    /// Number of the tick.
+    pub tick: u64,
+    /// φ at the robot.
+    pub light: f64,
+    /// Stimulus: gradient x, or bearing.
+    pub stimulus_a: f64,
+    /// Stimulus: gradient y.
+    pub stimulus_b: f64,
+    /// 0 none, 1 gradient, 2 bearing.
+    pub stimulus_kind: u32,
+    /// 1 if the bump skirt was pressed.
+    pub bump: u32,
+    /// Walls in use.
+    pub walls_len: u32,
+    /// Field components in use.
+    pub field_len: u32,
+    /// Walls.
+    pub walls: [RawWall; WALLS_MAX],
+    /// The true field.
+    pub field: [RawComponent; COMPONENTS_MAX],
+}
+const _: () = assert!(size_of::<RawPercept>() == 48 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
+
+/// An agent's answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawCommand {
+    /// The tick of the percept it answers, or [`BOOT_TICK`].
+    pub tick: u64,
+    /// Index of the robot.
+    pub robot: u32,
+    /// Its incarnation.
+    pub incarnation: u32,
+    /// Displacement target, body frame.
+    pub goal_x_m: f64,
+    /// Displacement target, body frame.
+    pub goal_y_m: f64,
+    /// Velocity, body frame.
+    pub velocity_x_m_per_s: f64,
+    /// Velocity, body frame.
+    pub velocity_y_m_per_s: f64,
+    /// The next packet.
+    pub frame: RawFrame,
+    /// The agent's process, for messages about it.
+    pub pid: u32,
+}
+const _: () = assert!(size_of::<RawCommand>() == 88);
+
+/// Why a command is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    /// It answers another tick.
+    #[error("it answers tick {actual}, the arena waits for tick {expected}")]
+    Tick {
+        /// The tick the arena waits for.
+        expected: Tick,
+        /// The tick in the message.
+        actual: Tick,
+    },
+    /// It names another robot, or another life of this one.
+    #[error("it names robot {index} incarnation {incarnation}, this uplink belongs to {expected}")]
+    Sender {
+        /// Whose uplink it came through.
+        expected: RobotId,
+        /// The index in the message.
+        index: u32,
+        /// The incarnation in the message.
+        incarnation: u32,
+    },
+    /// NaN or infinite where a vector is expected.
+    #[error("its {what} is ({x}, {y})")]
+    NotFinite {
+        /// `goal` or `velocity`.
+        what: &'static str,
+        /// x as received.
+        x: f64,
+        /// y as received.
+        y: f64,
+    },
+    /// Its packet would not decode.
+    #[error("its packet does not decode: {0}")]
+    Packet(#[from] PacketError),
+}
+
+/// Why a percept is refused as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PerceptError {
+    /// A number that is no quantity.
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
+    /// An enumeration or length out of its range.
+    #[error("{what} is {value}, at most {max} is known")]
+    OutOfRange {
+        /// Name of the field.
+        what: &'static str,
+        /// Its value.
+        value: u32,
+        /// The largest known value.
+        max: u32,
+    },
+}
+
+impl RawFrame {
+    fn of(packet: &Packet) -> Self {
+        let encoded = packet.encode();
+        let mut bytes = [0; PACKET_BYTES_MAX];
+        bytes[..encoded.len()].copy_from_slice(&encoded);
+        Self { len: encoded.len() as u32, bytes }
+    }
+
+    /// Reads the packet in this frame.
+    pub fn decode(&self) -> Result<Packet, PacketError> {
+        let len = self.len as usize;
+        let frame =
+            self.bytes.get(..len).ok_or(PacketError::Length { expected: PACKET_BYTES_MAX, actual: len })?;
+        Packet::decode(frame)
+    }
+}
+
+impl RawCommand {
+    /// The message that carries `command` as the answer to `tick`.
+    pub fn new(tick: Tick, command: &Command, pid: u32) -> Self {
+        Self {
+            tick,
+            robot: command.packet.sender.index,
+            incarnation: command.packet.sender.incarnation.into(),
+            goal_x_m: command.goal.0.x,
+            goal_y_m: command.goal.0.y,
+            velocity_x_m_per_s: command.velocity.0.x,
+            velocity_y_m_per_s: command.velocity.0.y,
+            frame: RawFrame::of(&command.packet),
+            pid,
+        }
+    }
+
+    /// Checks everything a command claims: tick, sender, numbers, packet.
+    pub fn check(&self, expected: RobotId, tick: Tick) -> Result<Command, CommandError> {
+        if self.robot != expected.index || self.incarnation != u32::from(expected.incarnation) {
+            return Err(CommandError::Sender { expected, index: self.robot, incarnation: self.incarnation });
+        }
+        if self.tick != tick {
+            return Err(CommandError::Tick { expected: tick, actual: self.tick });
+        }
+        let vector = |what, x: f64, y: f64| {
+            let vector = BodyVector::new(x, y);
+            vector.is_finite().then_some(vector).ok_or(CommandError::NotFinite { what, x, y })
+        };
+        let goal = vector("goal", self.goal_x_m, self.goal_y_m)?;
+        let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
+        let packet = self.frame.decode()?;
+        if packet.sender != expected {
+            let RobotId { index, incarnation } = packet.sender;
+            return Err(CommandError::Sender { expected, index, incarnation: incarnation.into() });
+        }
+        Ok(Command { goal, velocity, packet })
+    }
+}
+
+impl RawDelivery {
+    /// The message that carries `delivery`.
+    pub fn new(delivery: &Delivery) -> Self {
+        Self {
+            range_m: delivery.range.get(),
+            bearing_rad: delivery.bearing.get(),
+            orientation_rad: delivery.orientation.get(),
+            frame: RawFrame::of(&delivery.packet),
+            padding: 0,
+        }
+    }
+
+    fn check(&self) -> Option<Delivery> {
+        Some(Delivery {
+            packet: self.frame.decode().ok()?,
+            range: Meters::new(self.range_m)?,
+            bearing: Radians::new(self.bearing_rad)?,
+            orientation: Radians::new(self.orientation_rad)?,
+        })
+    }
+}
+
+impl RawPercept {
+    /// The header of the message that carries `percept`.
+    pub fn new(percept: &Percept) -> Self {
+        let (stimulus_kind, stimulus_a, stimulus_b) = match percept.light.stimulus {
+            Stimulus::None => (0, 0.0, 0.0),
+            Stimulus::Gradient(gradient) => (1, gradient.0.x, gradient.0.y),
+            Stimulus::Bearing(bearing) => (2, bearing.get(), 0.0),
+        };
+        let mut raw = Self {
+            tick: percept.tick,
+            light: percept.light.value,
+            stimulus_a,
+            stimulus_b,
+            stimulus_kind,
+            bump: percept.bump.into(),
+            walls_len: percept.walls.len() as u32,
+            field_len: percept.field.len() as u32,
+            ..Self::default()
+        };
+        for (slot, wall) in raw.walls.iter_mut().zip(&percept.walls) {
+            *slot = RawWall { distance_m: wall.distance.get(), bearing_rad: wall.bearing.get() };
+        }
+        for (slot, component) in raw.field.iter_mut().zip(&percept.field) {
+            *slot = RawComponent::new(component);
+        }
+        raw
+    }
+
+    /// Checks this header and its deliveries and writes them to `percept`. Deliveries that do not
+    /// decode are left out; returns how many.
+    pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
+        let in_range = |what, value: u32, max: usize| match value as usize <= max {
+            true => Ok(value as usize),
+            false => Err(PerceptError::OutOfRange { what, value, max: max as u32 }),
+        };
+        percept.tick = self.tick;
+        percept.bump = self.bump != 0;
+        percept.light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
+        percept.walls.clear();
+        for wall in &self.walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?] {
+            percept
+                .walls
+                .push(Wall { distance: wall.distance_m.try_into()?, bearing: wall.bearing_rad.try_into()? });
+        }
+        percept.field.clear();
+        for component in &self.field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?] {
+            percept.field.push(component.check()?);
+        }
+        percept.deliveries.clear();
+        percept.deliveries.extend(deliveries.iter().filter_map(RawDelivery::check).take(DELIVERIES_MAX));
+        Ok((deliveries.len() - percept.deliveries.len()) as u32)
+    }
+
+    fn stimulus(&self) -> Result<Stimulus, PerceptError> {
+        match self.stimulus_kind {
+            0 => Ok(Stimulus::None),
+            1 => Ok(Stimulus::Gradient(BodyVector::new(
+                finite(self.stimulus_a, "counts per meter")?,
+                finite(self.stimulus_b, "counts per meter")?,
+            ))),
+            2 => Ok(Stimulus::Bearing(self.stimulus_a.try_into()?)),
+            value => Err(PerceptError::OutOfRange { what: "stimulus kind", value, max: 2 }),
+        }
+    }
+}
+
+impl RawComponent {
+    fn new(component: &FieldComponent) -> Self {
+        let raw = |kind, at: BodyVector, a, b| Self { kind, padding: 0, x_m: at.0.x, y_m: at.0.y, a, b };
+        match *component {
+            FieldComponent::Constant(value) => raw(0, BodyVector::HERE, value, 0.0),
+            FieldComponent::Gaussian { center, amplitude, sigma_m } => raw(1, center, amplitude, sigma_m),
+            FieldComponent::Lamp { position, peak, half_distance_m } => {
+                raw(2, position, peak, half_distance_m)
+            }
+        }
+    }
+
+    fn check(&self) -> Result<FieldComponent, PerceptError> {
+        let at = BodyVector::new(finite(self.x_m, "meters")?, finite(self.y_m, "meters")?);
+        let (a, b) = (finite(self.a, "counts")?, finite(self.b, "meters")?);
+        match self.kind {
+            0 => Ok(FieldComponent::Constant(a)),
+            1 => Ok(FieldComponent::Gaussian { center: at, amplitude: a, sigma_m: b }),
+            2 => Ok(FieldComponent::Lamp { position: at, peak: a, half_distance_m: b }),
+            value => Err(PerceptError::OutOfRange { what: "component kind", value, max: 2 }),
+        }
+    }
+}
+
+fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
+    if value.is_finite() { Ok(value) } else { Err(NotFinite { value, unit }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const ROBOT: RobotId = RobotId { index: 7, incarnation: 2 };
+
+    fn command() -> Command {
+        Command {
+            goal: BodyVector::new(0.1, -0.2),
+            velocity: BodyVector::new(0.01, -0.02),
+            packet: Packet { sender: ROBOT, sequence: 5, light: 3.5 },
+        }
+    }
+
+    fn raw() -> RawCommand {
+        RawCommand::new(12, &command(), 4242)
+    }
+
+    fn refusal(raw: RawCommand) -> std::string::String {
+        use std::string::ToString;
+        raw.check(ROBOT, 12).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_command_survives_shared_memory() {
+        assert_eq!(raw().check(ROBOT, 12), Ok(command()));
+    }
+
+    #[test]
+    fn a_stale_tick_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { tick: 11, ..raw() }),
+            "it answers tick 11, the arena waits for tick 12"
+        );
+    }
+
+    #[test]
+    fn a_foreign_incarnation_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { incarnation: 1, ..raw() }),
+            "it names robot 7 incarnation 1, this uplink belongs to robot 7 (life 3)"
+        );
+    }
+
+    #[test]
+    fn a_nan_velocity_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { velocity_x_m_per_s: f64::NAN, ..raw() }),
+            "its velocity is (NaN, -0.02)"
+        );
+    }
+
+    #[test]
+    fn a_packet_longer_than_a_frame_is_refused() {
+        let mut long = raw();
+        long.frame.len = 4000;
+        assert_eq!(refusal(long), "its packet does not decode: frame holds 4000 bytes, this packet needs 32");
+    }
+
+    #[test]
+    fn a_flipped_bit_is_refused() {
+        let mut flipped = raw();
+        flipped.frame.bytes[4] ^= 1;
+        assert!(refusal(flipped).contains("checksum"));
+    }
+
+    #[test]
+    fn a_packet_in_another_robots_name_is_refused() {
+        let forged =
+            Command { packet: Packet { sender: RobotId::first(3), ..command().packet }, ..command() };
+        let raw = RawCommand { robot: 7, incarnation: 2, ..RawCommand::new(12, &forged, 1) };
+        assert!(refusal(raw).contains("names robot 3"));
+    }
+
+    fn percept() -> Percept {
+        let mut percept = Percept::empty(3);
+        percept.light = Light { value: 2.0, stimulus: Stimulus::Gradient(BodyVector::new(0.5, -0.0)) };
+        percept.bump = true;
+        percept.deliveries.push(Delivery {
+            packet: command().packet,
+            range: Meters::new(0.3).unwrap(),
+            bearing: Radians::new(-1.0).unwrap(),
+            orientation: Radians::new(2.0).unwrap(),
+        });
+        percept.walls.push(Wall { distance: Meters::new(1.0).unwrap(), bearing: Radians::new(0.1).unwrap() });
+        percept.field.push(FieldComponent::Lamp {
+            position: BodyVector::new(1.0, 2.0),
+            peak: 500.0,
+            half_distance_m: 0.5,
+        });
+        percept
+    }
+
+    fn deliveries(percept: &Percept) -> Vec<RawDelivery> {
+        percept.deliveries.iter().map(RawDelivery::new).collect()
+    }
+
+    #[test]
+    fn a_percept_survives_shared_memory() {
+        let (sent, mut read) = (percept(), Percept::empty(0));
+        assert_eq!(RawPercept::new(&sent).read(&deliveries(&sent), &mut read), Ok(0));
+        assert_eq!(read, sent);
+    }
+
+    #[test]
+    fn a_delivery_that_does_not_decode_is_left_out_and_counted() {
+        let (sent, mut read) = (percept(), Percept::empty(0));
+        let mut raw = deliveries(&sent);
+        raw.push(RawDelivery { range_m: f64::NAN, ..raw[0] });
+        assert_eq!(RawPercept::new(&sent).read(&raw, &mut read), Ok(1));
+        assert_eq!(read.deliveries.len(), 1);
+    }
+
+    #[test]
+    fn a_percept_that_overstates_its_walls_is_refused() {
+        let raw = RawPercept { walls_len: 9, ..RawPercept::new(&percept()) };
+        assert!(raw.read(&[], &mut Percept::empty(0)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, len: u32, bytes: [u8; 32]) {
+            let frame = RawFrame { len, bytes };
+            let raw = RawCommand { tick, robot, incarnation, goal_x_m: x, frame, ..RawCommand::default() };
+            let _ = raw.check(ROBOT, 12);
+        }
+    }
+}

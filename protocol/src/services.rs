@@ -1,0 +1,310 @@
+//! The iceoryx2 side of a run: the one module that touches it.
+//!
+//! Each life of a robot has two publish-subscribe services of its own:
+//!
+//! ```text
+//! inbox/<robot>/<incarnation>    arena -> agent   slice of RawDelivery, header RawPercept
+//! uplink/<robot>/<incarnation>   agent -> arena   RawCommand
+//! ```
+//!
+//! One uplink for all would cost O(N²), because `receive` scans every connection. The incarnation
+//! is in the name because a killed agent's port stays taken: its successor gets a service of its
+//! own. `max_subscribers(1)` keeps a second agent from driving the same robot.
+
+use core::time::Duration;
+use std::{
+    format,
+    string::{String, ToString},
+};
+
+use iceoryx2::{
+    config::Config,
+    node::{Node, NodeBuilder},
+    port::{publisher::Publisher, subscriber::Subscriber},
+    prelude::{
+        AllocationStrategy, FileName, LogLevel, Path as IoxPath, SemanticString, ServiceName,
+        SignalHandlingMode, ipc, set_log_level,
+    },
+    service::port_factory::publish_subscribe::PortFactory,
+};
+
+use crate::{
+    percept::{DELIVERIES_MAX, Percept},
+    raw::{RawCommand, RawDelivery, RawPercept},
+    robot_id::RobotId,
+    run_dir::RunDir,
+};
+
+/// Messages that wait unread, and that a reader may hold: in lock-step one of each is in flight,
+/// in real time the newest replaces the oldest.
+const BUFFERED: usize = 2;
+/// The arena, the agent, and one more that tries to take the robot over and is told no.
+const NODES_PER_SERVICE: usize = 3;
+/// How long opening a service waits for its creator, who on a busy machine may be slow.
+const CREATION_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// A failure of the transport, with what was being done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ServiceError {
+    /// Another agent drives this robot, or has driven it and not been replaced.
+    #[error("{0} already has an agent")]
+    Taken(RobotId),
+    /// The arena does not know this robot, or this life of it.
+    #[error("the run has no place for {0}")]
+    Unknown(RobotId),
+    /// Everything else.
+    #[error("cannot {doing}: {reason}")]
+    Transport {
+        /// What was being done.
+        doing: String,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+}
+
+fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn core::fmt::Debug) -> ServiceError {
+    let doing = doing.into();
+    move |reason| ServiceError::Transport { doing, reason: format!("{reason:?}") }
+}
+
+/// One process's access to the services of one run.
+#[derive(Debug)]
+pub struct Medium {
+    node: Node<ipc::Service>,
+}
+
+/// The arena's ends of one robot's services.
+#[derive(Debug)]
+pub struct ArenaPorts {
+    inbox: Publisher<ipc::Service, [RawDelivery], RawPercept>,
+    uplink: Subscriber<ipc::Service, RawCommand, ()>,
+    // The services exist as long as somebody holds them; the arena opens them before the agent comes.
+    _services: Services,
+}
+
+/// An agent's ends of its services.
+#[derive(Debug)]
+pub struct AgentPorts {
+    inbox: Subscriber<ipc::Service, [RawDelivery], RawPercept>,
+    uplink: Publisher<ipc::Service, RawCommand, ()>,
+}
+
+#[derive(Debug)]
+struct Services {
+    inbox: PortFactory<ipc::Service, [RawDelivery], RawPercept>,
+    uplink: PortFactory<ipc::Service, RawCommand, ()>,
+}
+
+impl Medium {
+    /// Enters the run. Blocks for nothing but the file system.
+    pub fn enter(run: &RunDir) -> Result<Self, ServiceError> {
+        // Our own errors say what matters; iceoryx2 would print each of its steps.
+        set_log_level(LogLevel::Fatal);
+        let config = config(run)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|error| failed("enter the run's services")(&error))?;
+        Ok(Self { node })
+    }
+
+    /// The arena makes the services of one life of a robot. No slice will hold more than
+    /// `heard_max` deliveries (at most [`DELIVERIES_MAX`]).
+    pub fn host(&self, robot: RobotId, heard_max: usize) -> Result<ArenaPorts, ServiceError> {
+        let services = self.services(robot, true)?;
+        let inbox = services
+            .inbox
+            .publisher_builder()
+            .initial_max_slice_len(heard_max.clamp(1, DELIVERIES_MAX))
+            .allocation_strategy(AllocationStrategy::Static)
+            .max_loaned_samples(1)
+            .create()
+            .map_err(|error| failed(format!("open the inbox of {robot}"))(&error))?;
+        let uplink = services
+            .uplink
+            .subscriber_builder()
+            .create()
+            .map_err(|error| failed(format!("open the uplink of {robot}"))(&error))?;
+        Ok(ArenaPorts { inbox, uplink, _services: services })
+    }
+
+    /// An agent takes its place as `robot`.
+    pub fn join(&self, robot: RobotId) -> Result<AgentPorts, ServiceError> {
+        let services = self.services(robot, false)?;
+        let taken = |_| ServiceError::Taken(robot);
+        let inbox = services.inbox.subscriber_builder().create().map_err(taken)?;
+        let uplink = services
+            .uplink
+            .publisher_builder()
+            .max_loaned_samples(1)
+            .create()
+            .map_err(|_| ServiceError::Taken(robot))?;
+        Ok(AgentPorts { inbox, uplink })
+    }
+
+    fn services(&self, robot: RobotId, create: bool) -> Result<Services, ServiceError> {
+        let name = |what: &str| {
+            let name = format!("{what}/{}/{}", robot.index, robot.incarnation);
+            ServiceName::new(&name).expect("a short path of letters and digits is a service name")
+        };
+        let inbox = self
+            .node
+            .service_builder(&name("inbox"))
+            .publish_subscribe::<[RawDelivery]>()
+            .user_header::<RawPercept>()
+            .max_publishers(1)
+            .max_subscribers(1)
+            .max_nodes(NODES_PER_SERVICE)
+            .subscriber_max_buffer_size(BUFFERED)
+            .subscriber_max_borrowed_samples(BUFFERED)
+            .history_size(0)
+            .enable_safe_overflow(true);
+        let uplink = self
+            .node
+            .service_builder(&name("uplink"))
+            .publish_subscribe::<RawCommand>()
+            .max_publishers(1)
+            .max_subscribers(1)
+            .max_nodes(NODES_PER_SERVICE)
+            .subscriber_max_buffer_size(BUFFERED)
+            .subscriber_max_borrowed_samples(BUFFERED)
+            .history_size(0)
+            .enable_safe_overflow(true);
+        if create {
+            let doing = || failed(format!("create the services of {robot}"));
+            Ok(Services {
+                inbox: inbox.create().map_err(|error| doing()(&error))?,
+                uplink: uplink.create().map_err(|error| doing()(&error))?,
+            })
+        } else {
+            let refused = |reason: String| match reason.as_str() {
+                "DoesNotExist" => ServiceError::Unknown(robot),
+                "ExceedsMaxNumberOfNodes" => ServiceError::Taken(robot),
+                _ => ServiceError::Transport { doing: format!("open the services of {robot}"), reason },
+            };
+            Ok(Services {
+                inbox: inbox.open().map_err(|error| refused(format!("{error:?}")))?,
+                uplink: uplink.open().map_err(|error| refused(format!("{error:?}")))?,
+            })
+        }
+    }
+}
+
+impl ArenaPorts {
+    /// Sends one tick's percept. Returns false if no agent is there to get it.
+    pub fn send(&self, percept: &Percept) -> Result<bool, ServiceError> {
+        let doing = || failed(format!("send tick {}", percept.tick));
+        let mut sample =
+            self.inbox.loan_slice_uninit(percept.deliveries.len()).map_err(|error| doing()(&error))?;
+        *sample.user_header_mut() = RawPercept::new(percept);
+        let sample = sample.write_from_fn(|at| RawDelivery::new(&percept.deliveries[at]));
+        sample.send().map(|receivers| receivers > 0).map_err(|error| doing()(&error))
+    }
+
+    /// The next unread command, as it came.
+    pub fn receive(&self) -> Result<Option<RawCommand>, ServiceError> {
+        let sample = self.uplink.receive().map_err(|error| failed("receive a command")(&error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+}
+
+impl AgentPorts {
+    /// Hands the next unread percept to `read`, in place. Returns `None` if there is none.
+    pub fn receive<T>(
+        &self,
+        read: impl FnOnce(&RawPercept, &[RawDelivery]) -> T,
+    ) -> Result<Option<T>, ServiceError> {
+        let sample = self.inbox.receive().map_err(|error| failed("receive a percept")(&error))?;
+        Ok(sample.map(|sample| read(sample.user_header(), sample.payload())))
+    }
+
+    /// Sends a command.
+    pub fn send(&self, command: RawCommand) -> Result<(), ServiceError> {
+        let sent = self.uplink.send_copy(command).map_err(|error| failed("send a command")(&error))?;
+        match sent {
+            0 => Err(ServiceError::Transport {
+                doing: "send a command".to_string(),
+                reason: "the arena does not listen".to_string(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn config(run: &RunDir) -> Result<Config, ServiceError> {
+    let doing = || failed("name the run's services");
+    let mut config = Config::default();
+    let root = run.services_path();
+    let root = root.to_str().expect("a run's folder is ASCII");
+    config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|error| doing()(&error))?);
+    config.global.prefix = FileName::new(run.prefix().as_bytes()).map_err(|error| doing()(&error))?;
+    config.global.creation_timeout = CREATION_TIMEOUT;
+    // Looking for the dead costs seconds with hundreds of agents; the run removes its files by prefix.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    // The default of 128 costs 450 KB of heap per subscriber.
+    config.defaults.publish_subscribe.subscriber_expired_connection_buffer = BUFFERED;
+    Ok(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{command::Command, frame::BodyVector, packet::Packet};
+
+    fn run(what: &str) -> (RunDir, crate::run_dir::RunLock) {
+        let name = format!("test-services-{what}-{}", std::process::id());
+        RunDir::create(name.parse().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn percepts_go_down_and_commands_come_up() {
+        let (run, _lock) = run("roundtrip");
+        let robot = RobotId { index: 3, incarnation: 1 };
+        let arena = Medium::enter(&run).unwrap();
+        let host = arena.host(robot, 8).unwrap();
+        let agent = Medium::enter(&run).unwrap().join(robot).unwrap();
+
+        let mut sent = Percept::empty(5);
+        sent.light.value = 2.5;
+        assert!(host.send(&sent).unwrap());
+        let mut read = Percept::empty(0);
+        let refused = agent.receive(|header, deliveries| header.read(deliveries, &mut read)).unwrap();
+        assert_eq!((refused, &read), (Some(Ok(0)), &sent));
+
+        let command = Command {
+            goal: BodyVector::new(1.0, 2.0),
+            velocity: BodyVector::HERE,
+            packet: Packet { sender: robot, sequence: 0, light: 0.0 },
+        };
+        agent.send(RawCommand::new(5, &command, 1)).unwrap();
+        assert_eq!(host.receive().unwrap().unwrap().check(robot, 5), Ok(command));
+        assert_eq!(host.receive().unwrap(), None);
+        drop((host, agent, arena));
+        run.remove().unwrap();
+    }
+
+    #[test]
+    fn a_second_agent_is_told_that_the_robot_is_taken() {
+        let (run, _lock) = run("taken");
+        let robot = RobotId::first(0);
+        let arena = Medium::enter(&run).unwrap();
+        let _host = arena.host(robot, 1).unwrap();
+        let first = Medium::enter(&run).unwrap();
+        let _agent = first.join(robot).unwrap();
+        let second = Medium::enter(&run).unwrap();
+        assert_eq!(second.join(robot).unwrap_err(), ServiceError::Taken(robot));
+        run.remove().unwrap();
+    }
+
+    #[test]
+    fn an_agent_for_an_unknown_robot_is_told_so() {
+        let (run, _lock) = run("unknown");
+        let medium = Medium::enter(&run).unwrap();
+        let robot = RobotId::first(50);
+        assert_eq!(medium.join(robot).unwrap_err(), ServiceError::Unknown(robot));
+        run.remove().unwrap();
+    }
+}

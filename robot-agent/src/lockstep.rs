@@ -1,0 +1,40 @@
+//! Lock-step: sleep until the doorbell rings, answer, sleep.
+
+use std::time::{Duration, Instant};
+
+use anyhow::bail;
+use protocol::{
+    doorbell::{Doorbell, Ring},
+    run_dir::RunDir,
+};
+
+use crate::agent::Agent;
+
+/// How long an agent sleeps before it asks whether its arena still lives.
+const ALIVE_POLL: Duration = Duration::from_millis(250);
+/// How long rounds may pass it by before it understands that it has been left out.
+const LEFT_OUT: Duration = Duration::from_secs(2);
+
+pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir) -> anyhow::Result<()> {
+    let mut seen = bell.round();
+    let mut answered = Instant::now();
+    agent.announce()?;
+    bell.answer();
+    loop {
+        match bell.wait_for_ring(seen, ALIVE_POLL) {
+            Ring::Closed => return Ok(()),
+            Ring::Round(round) => {
+                seen = round;
+                if agent.answer()? {
+                    bell.answer();
+                    answered = Instant::now();
+                } else if answered.elapsed() > LEFT_OUT {
+                    bail!("run `{}` goes on without {}", run.name(), agent.id);
+                }
+            }
+            // The arena may be waiting for somebody else, or be gone.
+            Ring::Silence if run.is_alive() => answered = Instant::now(),
+            Ring::Silence => bail!("the arena of run `{}` has died; {} leaves", run.name(), agent.id),
+        }
+    }
+}

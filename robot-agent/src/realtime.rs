@@ -1,0 +1,48 @@
+//! Real time: wake up on the robot's own timer and answer what has come.
+
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, bail};
+use protocol::{doorbell::Doorbell, run_dir::RunDir, units::Seconds};
+
+use crate::agent::Agent;
+
+/// Silence after which an agent asks whether its arena still lives.
+const ALIVE_POLL: Duration = Duration::from_millis(250);
+/// Silence after which it understands that it has been left out.
+const LEFT_OUT: Duration = Duration::from_secs(10);
+/// Longest nap, so that the end of the run is noticed.
+const NAP: Duration = Duration::from_millis(250);
+
+pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, step: Seconds) -> anyhow::Result<()> {
+    let period = Duration::try_from_secs_f64(step.get()).context("the run's step is no duration")?;
+    agent.announce()?;
+    bell.answer();
+    let (mut deadline, mut answered, mut asked) = (Instant::now(), Instant::now(), Instant::now());
+    // Percepts begin when everyone is there; until then silence means nothing.
+    let mut begun = false;
+    while !bell.is_closed() {
+        let now = Instant::now();
+        if now < deadline {
+            thread::sleep((deadline - now).min(NAP));
+            continue;
+        }
+        // A missed deadline is not made up for: the next one is a period from now.
+        deadline = (deadline + period).max(now);
+        if agent.answer()? {
+            (answered, begun) = (now, true);
+        } else if now - answered.max(asked) > ALIVE_POLL {
+            asked = now;
+            if !run.is_alive() {
+                bail!("the arena of run `{}` has died; {} leaves", run.name(), agent.id);
+            }
+            if begun && now - answered > LEFT_OUT.max(period * 10) {
+                bail!("run `{}` goes on without {}", run.name(), agent.id);
+            }
+        }
+    }
+    Ok(())
+}
