@@ -78,8 +78,8 @@ impl Arena {
         let speak: Vec<bool> = commands.iter().map(Option::is_some).collect();
         let heard = self.channel.who_hears_whom(self.world.poses(), &speak);
         for (robot, senders) in heard.iter().enumerate() {
-            let deliveries = self.deliveries(robot, senders, commands);
-            self.sense(robot, tick, deliveries);
+            self.hear(robot, senders, commands);
+            self.sense(robot, tick);
         }
         self.account(&speak, &heard);
         self.record(commands);
@@ -136,34 +136,32 @@ impl Arena {
         self.digest.hex()
     }
 
-    /// What robot `receiver` hears of `senders`, measured in its body frame; the nearest if they
-    /// are more than a percept holds.
-    fn deliveries(
-        &self,
-        receiver: usize,
-        senders: &[usize],
-        commands: &[Option<Command>],
-    ) -> ArrayVec<Delivery, DELIVERIES_MAX> {
+    /// Writes what robot `receiver` hears of `senders` into its percept, measured in its body
+    /// frame; the nearest if they are more than a percept holds.
+    fn hear(&mut self, receiver: usize, senders: &[usize], commands: &[Option<Command>]) {
         let poses = self.world.poses();
-        let hear = |&sender: &usize| {
+        let heard = senders.iter().filter_map(|&sender| {
             commands[sender].map(|said| measured(said.packet, &poses[sender], &poses[receiver]))
-        };
+        });
+        let deliveries = &mut self.percepts[receiver].deliveries;
+        deliveries.clear();
         if senders.len() <= DELIVERIES_MAX {
-            return senders.iter().filter_map(hear).collect();
+            deliveries.extend(heard);
+            return;
         }
-        let mut all: Vec<Delivery> = senders.iter().filter_map(hear).collect();
+        let mut all: Vec<Delivery> = heard.collect();
         all.sort_by(|a, b| a.range.get().total_cmp(&b.range.get()));
         all.truncate(DELIVERIES_MAX);
         all.sort_by_key(|delivery| delivery.packet.sender.index);
-        all.into_iter().collect()
+        deliveries.extend(all);
     }
 
-    fn sense(&mut self, robot: usize, tick: Tick, deliveries: ArrayVec<Delivery, DELIVERIES_MAX>) {
+    /// Writes everything but deliveries into a robot's percept.
+    fn sense(&mut self, robot: usize, tick: Tick) {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
         let percept = &mut self.percepts[robot];
         percept.tick = tick;
-        percept.deliveries = deliveries;
         percept.light = self.field.light(&seen);
         percept.bump = self.world.bumped()[robot];
         if self.boundary_sensing {

@@ -6,7 +6,7 @@
 //! as the robots'.
 
 use coverage::{
-    cell::{COINCIDENT_M, HalfPlanes, local_cell},
+    cell::{HalfPlanes, local_cell},
     half_plane::HalfPlane,
     polygon::Polygon,
 };
@@ -88,7 +88,8 @@ pub fn cell_in_arena(
         let away = other - robot;
         let range_m = libm::hypot(away.x, away.y);
         let bearing = Radians::new(libm::atan2(away.y, away.x)).expect("positions are finite");
-        (range_m > COINCIDENT_M).then(|| HalfPlane::bisector(range_m, bearing))
+        // An observer tells apart even robots too close for each other's infrared.
+        (range_m > 0.0).then(|| HalfPlane::bisector(range_m, bearing))
     });
     let lines: HalfPlanes = bisectors.chain(walls_around(robot, size_m)).collect();
     local_cell(lines, &UNUSED_CLOSURE).expect("four walls bound every cell")

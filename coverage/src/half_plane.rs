@@ -39,14 +39,12 @@ impl HalfPlane {
         if gap < 0.0 { gap + TAU } else { gap }
     }
 
-    /// Where the two boundary lines cross. Far away, or not finite, if they are nearly parallel.
+    /// Where the two boundary lines cross. Far away, or not finite, if they are nearly parallel;
+    /// what rounding does there moves the point along the line and not off it.
     pub fn crossing(&self, other: &Self) -> Vector2<f64> {
-        let (a, b) = (self, other);
-        let det = a.normal.perp(&b.normal);
-        Vector2::new(
-            (a.distance * b.normal.y - b.distance * a.normal.y) / det,
-            (b.distance * a.normal.x - a.distance * b.normal.x) / det,
-        )
+        let (cos, sin) = (self.normal.dot(&other.normal), self.normal.perp(&other.normal));
+        let along = (other.distance - self.distance * cos) / sin;
+        self.normal * self.distance + Vector2::new(-self.normal.y, self.normal.x) * along
     }
 }
 

@@ -1,3 +1,6 @@
-//! What the cross-crate tests share.
+//! What the cross-crate tests share: reference vectors, and the real programs.
 
+#![forbid(unsafe_code)]
+
+pub mod programs;
 pub mod vectors;

@@ -26,20 +26,32 @@ pub fn points(pairs: &[Pair]) -> Vec<Vector2<f64>> {
     pairs.iter().map(|&[x, y]| Vector2::new(x, y)).collect()
 }
 
-/// Asserts that every vertex of one polygon lies within `tolerance` of the other's boundary
-/// vertices, both ways: the comparison is cyclic and indifferent to doubled vertices.
+/// Asserts that two convex polygons are one: every vertex of either lies within `tolerance` of the
+/// other's boundary. Indifferent to where the list starts, to doubled vertices, and to how far a
+/// vertex between two nearly parallel edges slides along them.
 ///
 /// # Panics
-/// If one does not.
-pub fn assert_same_vertices(what: &str, ours: &[Vector2<f64>], theirs: &[Vector2<f64>], tolerance: f64) {
-    let lonely = |from: &[Vector2<f64>], to: &[Vector2<f64>]| {
-        from.iter()
-            .map(|a| to.iter().map(|b| (a - b).norm()).fold(f64::INFINITY, f64::min))
-            .fold(0.0, f64::max)
+/// If they are not.
+pub fn assert_same_polygon(what: &str, ours: &[Vector2<f64>], theirs: &[Vector2<f64>], tolerance: f64) {
+    let farthest = |from: &[Vector2<f64>], to: &[Vector2<f64>]| {
+        from.iter().map(|vertex| distance_to_boundary(vertex, to)).fold(0.0, f64::max)
     };
-    let (extra, missing) = (lonely(ours, theirs), lonely(theirs, ours));
+    let (extra, missing) = (farthest(ours, theirs), farthest(theirs, ours));
     assert!(
         extra <= tolerance && missing <= tolerance,
-        "{what}: vertices differ by {extra:e} and {missing:e}, tolerance {tolerance:e}\nours   {ours:?}\ntheirs {theirs:?}"
+        "{what}: boundaries differ by {extra:e} and {missing:e}, tolerance {tolerance:e}\n\
+         ours   {ours:?}\ntheirs {theirs:?}"
     );
+}
+
+fn distance_to_boundary(point: &Vector2<f64>, polygon: &[Vector2<f64>]) -> f64 {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    edges
+        .map(|(start, end)| {
+            let (edge, away) = (end - start, point - start);
+            let length_squared = edge.norm_squared();
+            let along = if length_squared > 0.0 { (away.dot(&edge) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+            (away - edge * along).norm()
+        })
+        .fold(f64::INFINITY, f64::min)
 }

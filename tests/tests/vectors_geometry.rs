@@ -13,7 +13,7 @@ use protocol::{
     units::{Meters, Radians},
 };
 use serde::Deserialize;
-use tests::vectors::{Pair, assert_same_vertices, points, read};
+use tests::vectors::{Pair, assert_same_polygon, points, read};
 
 #[derive(Deserialize)]
 struct File<C> {
@@ -169,7 +169,7 @@ fn local_cells_follow_the_three_closing_rules() {
             continue;
         };
         let tolerance = 1e-12 * case.max_vertex_dist.unwrap_or(1.0).max(1.0);
-        assert_same_vertices(&what, cell, &points(&vertices), tolerance);
+        assert_same_polygon(&what, cell, &points(&vertices), tolerance);
         let area = Moments::of(cell, cell[0]).area;
         let expected = case.area.unwrap();
         assert!((area - expected).abs() <= tolerance * expected.max(1.0), "{what}: area {area}");

@@ -1,0 +1,50 @@
+//! Where it was measured, in one line: figures mean nothing without it.
+
+use std::{fs, process::Command, thread::available_parallelism};
+
+/// Processor, cores, kernel and compiler; what cannot be found out is named as unknown.
+pub(crate) fn described() -> String {
+    let cores = available_parallelism().map_or_else(|_| unknown("number of"), |cores| cores.to_string());
+    format!("Machine: {}, {cores} cores, Linux {}, {}.", processor(), kernel(), compiler())
+}
+
+fn processor() -> String {
+    let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    model_name(&info).map_or_else(|| unknown("processor"), str::to_owned)
+}
+
+fn kernel() -> String {
+    fs::read_to_string("/proc/sys/kernel/osrelease")
+        .map_or_else(|_| unknown("release"), |release| release.trim().to_owned())
+}
+
+/// The compiler of this shell; `scripts/bench` has just built us with it.
+fn compiler() -> String {
+    let output =
+        Command::new("rustc").arg("--version").output().ok().filter(|output| output.status.success());
+    output.map_or_else(
+        || unknown("compiler"),
+        |output| String::from_utf8_lossy(&output.stdout).trim().to_owned(),
+    )
+}
+
+fn model_name(cpuinfo: &str) -> Option<&str> {
+    let line = cpuinfo.lines().find_map(|line| line.strip_prefix("model name"))?;
+    line.split_once(':').map(|(_, name)| name.trim())
+}
+
+fn unknown(what: &str) -> String {
+    format!("unknown {what}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_processor_is_that_of_the_first_core() {
+        let info = "processor\t: 0\nmodel name\t: Abacus 3000: fast\nprocessor\t: 1\nmodel name\t: other\n";
+        assert_eq!(model_name(info), Some("Abacus 3000: fast"));
+        assert_eq!(model_name("processor : 0"), None);
+    }
+}

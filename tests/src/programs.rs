@@ -1,0 +1,127 @@
+//! The real programs, started as a user would start them.
+
+use std::{
+    env,
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use serde::Deserialize;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// The program `name` that was built beside this test.
+///
+/// # Panics
+/// If it was not: `cargo test` alone builds no other package's programs.
+pub fn program(name: &str) -> PathBuf {
+    let test = env::current_exe().expect("a test knows its own program");
+    let folder = test.ancestors().nth(2).expect("a test lies in target/PROFILE/deps");
+    let path = folder.join(name);
+    assert!(path.is_file(), "{} is missing: run scripts/test, or cargo build --workspace first", path.display());
+    path
+}
+
+/// A scenario of the project.
+pub fn scenario(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(name).with_extension("toml")
+}
+
+/// `lamplight` with `args`, not yet started.
+pub fn lamplight<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
+    let mut command = Command::new(program("lamplight"));
+    command.args(args).stdin(Stdio::null());
+    command
+}
+
+/// What a finished run left.
+#[derive(Debug)]
+pub struct Run {
+    /// `summary.json`.
+    pub summary: Value,
+    folder: TempDir,
+}
+
+/// One row of `robots.csv`, as far as tests look at it.
+#[derive(Clone, Debug, Deserialize)]
+pub struct RobotRow {
+    /// Index of the robot.
+    pub robot: u32,
+    /// Its life.
+    pub incarnation: u16,
+    /// Whether its agent took part to the end.
+    pub alive: bool,
+    /// Final position.
+    pub x_m: f64,
+    /// Final position.
+    pub y_m: f64,
+    /// Commands refused.
+    pub commands_refused: u64,
+}
+
+impl Run {
+    /// Runs `name` with `args` to its end.
+    ///
+    /// # Panics
+    /// If it does not end with status 0.
+    pub fn of(name: &str, args: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let out = folder.path().join("out");
+        let output = lamplight([OsStr::new("run"), scenario(name).as_os_str(), OsStr::new("--quiet")])
+            .args(args)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .expect("lamplight starts");
+        assert!(output.status.success(), "{name} {args:?}: {}", said(&output));
+        Self::in_folder(folder)
+    }
+
+    /// What a run left in `out` below `folder`.
+    ///
+    /// # Panics
+    /// If it left no summary.
+    pub fn in_folder(folder: TempDir) -> Self {
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).expect("a summary is left");
+        Self { summary: serde_json::from_str(&summary).expect("a summary is JSON"), folder }
+    }
+
+    /// The digest.
+    pub fn digest(&self) -> &str {
+        self.summary["digest"].as_str().expect("a summary has a digest")
+    }
+
+    /// A number of the summary.
+    pub fn number(&self, key: &str) -> f64 {
+        self.summary[key].as_f64().unwrap_or_else(|| panic!("{key} is {}", self.summary[key]))
+    }
+
+    /// `robots.csv`.
+    pub fn robots(&self) -> Vec<RobotRow> {
+        self.rows("robots.csv")
+    }
+
+    /// Any table of the run.
+    pub fn rows<T: for<'de> Deserialize<'de>>(&self, name: &str) -> Vec<T> {
+        let path = self.folder.path().join("out").join(name);
+        let mut reader = csv::Reader::from_path(&path).expect("the table is there");
+        reader.deserialize().collect::<Result<_, _>>().expect("the table has the expected columns")
+    }
+
+    /// Any file of the run.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join("out").join(name)
+    }
+}
+
+/// All that a program said, for a message.
+pub fn said(output: &Output) -> String {
+    format!(
+        "{}\nstdout: {}\nstderr: {}",
+        output.status,
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    )
+}
