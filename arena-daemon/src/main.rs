@@ -14,7 +14,7 @@ use arena_daemon::{
     progress,
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
     stop::StopFlag,
-    summary::{Ending, Summary},
+    summary::Summary,
 };
 use clap::Parser;
 use protocol::{
@@ -49,16 +49,25 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     progress::init_log(cli.run.quiet);
-    match run(&cli) {
-        Ok(Summary { ended: Ending::Failed, failure, .. }) => {
-            tracing::error!("{}", failure.unwrap_or_default());
+    let outcome = run(&cli);
+    let failure = match &outcome {
+        Ok(summary) => summary.failure.clone(),
+        Err(error) => Some(format!("{error:#}")),
+    };
+    match (cli.supervised, outcome) {
+        (true, Ok(summary)) => link::tell(&Event::Summary(summary.json())),
+        (true, Err(error)) => link::tell(&Event::Failed(format!("{error:#}"))),
+        (false, Ok(summary)) => print!("{}", summary.json()),
+        (false, Err(_)) => {}
+    }
+    match failure {
+        // A supervisor says it in its own words.
+        Some(_) if cli.supervised => ExitCode::FAILURE,
+        Some(failure) => {
+            eprintln!("error: {failure}");
             ExitCode::FAILURE
         }
-        Ok(_) => ExitCode::SUCCESS,
-        Err(error) => {
-            tracing::error!("{error:#}");
-            ExitCode::FAILURE
-        }
+        None => ExitCode::SUCCESS,
     }
 }
 
@@ -87,10 +96,5 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
     // Agents that are still leaving keep what they have mapped; the names are no longer needed.
     run.remove().context("cannot clean up after the run")?;
     drop(lock);
-    let summary = summary?;
-    match cli.supervised {
-        true => link::tell(&Event::Summary(summary.json())),
-        false => print!("{}", summary.json()),
-    }
-    Ok(summary)
+    summary
 }

@@ -28,19 +28,19 @@ pub struct RunOptions {
     pub mode: ModeName,
 
     /// Number of robots, in place of the scenario's
-    #[arg(long, value_name = "N")]
-    pub robots: Option<u32>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub robots: Option<i64>,
 
     /// Seed of every random draw, in place of the scenario's
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
 
     /// Virtual time to run, in place of the scenario's
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
 
     /// Run no faster than this multiple of real time [default: as fast as it can; realtime: 1]
-    #[arg(long, value_name = "MAX_FACTOR", value_parser = positive)]
+    #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
     pub speed: Option<f64>,
 
     /// Set any key of the scenario, such as channel.range_m=0.8; may be repeated

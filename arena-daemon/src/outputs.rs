@@ -39,27 +39,22 @@ struct RobotRow {
     pid: Option<u32>,
 }
 
-/// Refuses a folder that already holds a run, so that nothing is overwritten.
-pub fn check_free(folder: &Path) -> anyhow::Result<()> {
+/// Makes the folder, and refuses one that already holds a run, so that nothing is overwritten.
+pub fn prepare(folder: &Path) -> anyhow::Result<()> {
+    let name = folder.display();
     if let Some(mark) = MARKS.iter().find(|mark| folder.join(mark).exists()) {
-        bail!(
-            "{} already holds a run ({mark}); give --out another folder, or remove this one",
-            folder.display()
-        );
+        bail!("{name} already holds a run ({mark}); give --out another folder, or remove this one");
     }
-    if folder.exists() && !folder.is_dir() {
-        bail!("{} is not a folder; give --out another name", folder.display());
-    }
-    Ok(())
+    fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {name}; give --out another one"))
 }
 
 impl Outputs {
     /// Makes the folder and begins `metrics.csv`.
     pub fn begin(folder: Option<&Path>, scenario: &Scenario) -> anyhow::Result<Self> {
         let Some(folder) = folder else { return Ok(Self { folder: None }) };
-        check_free(folder)?;
+        prepare(folder)?;
         let write = || -> io::Result<File> {
-            fs::create_dir_all(folder)?;
             fs::write(folder.join("scenario.toml"), scenario.to_toml())?;
             File::create(folder.join("metrics.csv"))
         };

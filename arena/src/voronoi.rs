@@ -91,8 +91,10 @@ pub fn cell_in_arena(
         // An observer tells apart even robots too close for each other's infrared.
         (range_m > 0.0).then(|| HalfPlane::bisector(range_m, bearing))
     });
-    let lines: HalfPlanes = bisectors.chain(walls_around(robot, size_m)).collect();
-    local_cell(lines, &UNUSED_CLOSURE).expect("four walls bound every cell")
+    let mut lines = HalfPlanes::new();
+    lines.extend(bisectors);
+    lines.extend(walls_around(robot, size_m));
+    local_cell(&mut lines, &UNUSED_CLOSURE).expect("four walls bound every cell")
 }
 
 /// The four walls as half-planes relative to `robot`, in the arena's axes: right, top, left, bottom.

@@ -34,7 +34,7 @@ fn robot_among(neighbors: u32) -> Box<Robot> {
     Box::new(Robot { controller, percept: percept(1, neighbors) })
 }
 
-/// The robot is handed back, so that dropping it is not counted either.
+// The robot is handed back, so that dropping it is not counted either.
 #[library_benchmark]
 #[bench::eight_neighbors(robot_among(8))]
 #[bench::sixteen_neighbors(robot_among(16))]

@@ -67,23 +67,24 @@ impl Summary {
     }
 }
 
-/// The program, and the scenario it is to run.
+/// The program, and what it is to run.
 #[derive(Debug)]
 pub(crate) struct Lamplight {
     program: PathBuf,
     scenario: PathBuf,
+    sets: Vec<String>,
 }
 
 impl Lamplight {
     /// The one that lies in our own folder, so that it is of our own build.
-    pub(crate) fn beside_us(scenario: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn beside_us(scenario: &Path, sets: &[String]) -> anyhow::Result<Self> {
         let us = std::env::current_exe().context("cannot find our own program")?;
         let program = us.with_file_name("lamplight");
         if !program.is_file() {
             bail!("{} is missing; build all with `cargo build --release --workspace`", program.display());
         }
         ensure!(scenario.is_file(), "{} is missing; name one by --scenario", scenario.display());
-        Ok(Self { program, scenario: scenario.to_path_buf() })
+        Ok(Self { program, scenario: scenario.to_path_buf(), sets: sets.to_vec() })
     }
 
     /// Runs the scenario with `robots` robots at its own density, for `ticks` ticks.
@@ -96,6 +97,7 @@ impl Lamplight {
             .args(["--robots", &robots.to_string()])
             .args(["--duration", &(f64::from(ticks) / TICKS_PER_S).to_string()])
             .args(["--set", &format!("arena.size_m=[{side_m}, {side_m}]")])
+            .args(self.sets.iter().map(|set| format!("--set={set}")))
             .stdin(Stdio::null())
             .stderr(Stdio::inherit())
             .output()

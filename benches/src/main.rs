@@ -53,6 +53,10 @@ struct BenchArgs {
     /// Scenario to run, with 50 robots on a square of 2.4384 m; other sizes get its density
     #[arg(long, value_name = "FILE", default_value = "scenarios/swarmbots.toml")]
     scenario: PathBuf,
+
+    /// Set any key of the scenario, such as channel.range_m=0.6; may be repeated
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    sets: Vec<String>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -81,7 +85,7 @@ fn bench(args: &BenchArgs) -> anyhow::Result<()> {
     for &robots in &args.robots {
         ensure!((1..=ROBOTS_MAX).contains(&robots), "--robots {robots}: it must be 1 to {ROBOTS_MAX}");
     }
-    let lamplight = Lamplight::beside_us(&args.scenario)?;
+    let lamplight = Lamplight::beside_us(&args.scenario, &args.sets)?;
     let mut measurements: Vec<_> = args.robots.iter().map(|&robots| Measurements::of(robots)).collect();
     for round in 1..=args.rounds {
         for size in &mut measurements {

@@ -27,21 +27,22 @@ const PARALLEL: f64 = 1e-12;
 /// Half-planes a cell is cut from, in any order.
 pub type HalfPlanes = ArrayVec<HalfPlane, HALF_PLANES_MAX>;
 
-/// The cell that `lines` bound, closed by the rules of [`closure`] where they leave it open.
-pub fn local_cell(mut lines: HalfPlanes, rules: &Closure) -> Option<Polygon> {
+/// The cell that `lines` bound, closed by the rules of [`closure`] where they leave it open. Sorts
+/// the lines and adds the closing ones; in place, because so large a table is slow to move.
+pub fn local_cell(lines: &mut HalfPlanes, rules: &Closure) -> Option<Polygon> {
     lines.sort_unstable_by(|a, b| {
         a.bearing.total_cmp(&b.bearing).then_with(|| a.distance.total_cmp(&b.distance))
     });
-    let nearest = nearest(&lines)?;
-    let cell = match closure::opening(&lines, rules) {
+    let nearest = nearest(lines)?;
+    let cell = match closure::opening(lines, rules) {
         Opening::OneBearing => closure::triangle(&lines[nearest], rules),
-        Opening::Gaps(closing) if closing.is_empty() => intersection(&lines),
+        Opening::Gaps(closing) if closing.is_empty() => intersection(lines),
         Opening::Gaps(closing) => {
             for line in closing {
                 let at = lines.partition_point(|known| known.bearing < line.bearing);
                 lines.insert(at, line);
             }
-            intersection(&lines)
+            intersection(lines)
         }
     };
     Some(closure::capped(cell, rules))
@@ -111,9 +112,9 @@ mod tests {
     }
 
     fn cell_of(neighbors: &[(f64, f64)]) -> Option<Polygon> {
-        let lines =
+        let mut lines =
             neighbors.iter().map(|&(r, b)| HalfPlane::bisector(r, Radians::new(b).unwrap())).collect();
-        local_cell(lines, &rules(None))
+        local_cell(&mut lines, &rules(None))
     }
 
     fn area(cell: &[Vector2<f64>]) -> f64 {
@@ -172,18 +173,18 @@ mod tests {
         let wide = [(0.4, 0.0), (0.4, FRAC_PI_2), (0.4, PI - 1e-4), (0.4, -2e-4)];
         let lines: HalfPlanes =
             wide.iter().map(|&(r, b)| HalfPlane::bisector(r, Radians::new(b).unwrap())).collect();
-        assert!(reach(&local_cell(lines.clone(), &rules(None)).unwrap()) > 100.0);
-        let capped = local_cell(lines, &rules(Some(1.0))).unwrap();
+        assert!(reach(&local_cell(&mut lines.clone(), &rules(None)).unwrap()) > 100.0);
+        let capped = local_cell(&mut lines.clone(), &rules(Some(1.0))).unwrap();
         assert!(reach(&capped) <= 1.0 / libm::cos(PI / 24.0) + 1e-12);
     }
 
     #[test]
     fn a_robot_standing_on_a_wall_keeps_its_cell() {
-        let lines = [(0.0, 0.0), (1.0, FRAC_PI_2), (1.0, PI), (0.0, -FRAC_PI_2)]
+        let mut lines = [(0.0, 0.0), (1.0, FRAC_PI_2), (1.0, PI), (0.0, -FRAC_PI_2)]
             .iter()
             .map(|&(distance, bearing)| HalfPlane::new(bearing, distance))
             .collect();
-        assert!((area(&local_cell(lines, &rules(None)).unwrap()) - 1.0).abs() < 1e-15);
+        assert!((area(&local_cell(&mut lines, &rules(None)).unwrap()) - 1.0).abs() < 1e-15);
     }
 
     proptest! {

@@ -56,8 +56,10 @@ impl Controller {
             .map(|neighbor| &neighbor.delivery)
             .filter(|heard| heard.range.get() > COINCIDENT_M)
             .map(|heard| HalfPlane::bisector(heard.range.get(), heard.bearing));
-        let lines: HalfPlanes = bisectors.chain(percept.walls.iter().map(HalfPlane::wall)).collect();
-        local_cell(lines, &self.setup.closure)
+        let mut lines = HalfPlanes::new();
+        lines.extend(bisectors);
+        lines.extend(percept.walls.iter().map(HalfPlane::wall));
+        local_cell(&mut lines, &self.setup.closure)
     }
 
     /// u = k(Ĉ − p), no faster than the cap.

@@ -5,11 +5,11 @@ use protocol::run_dir::free_shared_memory;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// Descriptors the arena holds per robot: measured with `ls /proc/PID/fd`, see docs/performance.md.
-const DESCRIPTORS_PER_ROBOT: u64 = 14;
+const DESCRIPTORS_PER_ROBOT: u64 = 10;
 /// Descriptors beside those: standard streams, the node, the lock.
 const DESCRIPTORS_SPARE: u64 = 64;
-/// Shared memory per robot, bytes: both services with their buffers, see docs/performance.md.
-const SHARED_MEMORY_PER_ROBOT: u64 = 160 * 1024;
+/// Shared memory per robot, bytes, once every buffer has been used; see docs/performance.md.
+const SHARED_MEMORY_PER_ROBOT: u64 = 120 * 1024;
 
 /// Raises the soft limit on open files to the hard one and refuses a swarm that is too large.
 /// Agents and arena inherit the limit.

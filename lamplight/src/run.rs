@@ -60,10 +60,11 @@ pub(crate) struct Outcome {
 
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     progress::init_log(args.options.quiet);
-    let scenario = args.options.load().map_err(Failure::usage)?;
-    if let Some(folder) = &args.options.out {
-        outputs::check_free(folder).map_err(Failure::Usage)?;
+    if let (Engine::Processes, Some(Ok(robots))) = (args.engine, args.options.robots.map(u32::try_from)) {
+        // The first limit a larger swarm meets, and the one a user can do something about.
+        limits::prepare(robots).map_err(Failure::Usage)?;
     }
+    let scenario = args.options.load().map_err(Failure::usage)?;
     let outcome = match args.engine {
         Engine::InProcess => in_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario)?,
@@ -92,6 +93,7 @@ fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     }
     let arena = Arena::new(scenario).map_err(Failure::usage)?;
     let mode = Mode::Lockstep;
+    prepare_out(options)?;
     let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
@@ -110,11 +112,17 @@ fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     limits::prepare(robots).map_err(Failure::Usage)?;
     // A start that cannot be placed should fail here, before processes are started.
     Arena::new(scenario).map_err(Failure::usage)?;
+    prepare_out(&args.options)?;
     let name = match &args.name {
         Some(name) => name.clone(),
         None => default_name(scenario),
     };
     supervisor::run(&args.options, &name, robots, &args.by_hand).map_err(Failure::Run)
+}
+
+/// Finds out that results cannot be written before a robot has moved.
+fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
+    options.out.as_deref().map_or(Ok(()), |folder| outputs::prepare(folder).map_err(Failure::Usage))
 }
 
 /// The scenario's name, as far as a run's name can hold it, and our process number.

@@ -136,6 +136,7 @@ impl Supervisor {
                 theirs.for_each(|(pid, _)| kill(*pid));
             }
             Event::Summary(summary) => self.summary = Some(summary),
+            Event::Failed(why) => bail!("{why}"),
         }
         Ok(())
     }
@@ -144,7 +145,7 @@ impl Supervisor {
         let child = Command::new(&self.agent_program)
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
-            .args(["--incarnation", &id.incarnation.to_string()])
+            .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .process_group(0)

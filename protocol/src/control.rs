@@ -19,6 +19,8 @@ pub enum Event {
     End(RobotId),
     /// The run is over; this is its `summary.json`.
     Summary(String),
+    /// There is no summary, for this reason.
+    Failed(String),
 }
 
 /// From the supervisor to its arena.

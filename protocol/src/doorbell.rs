@@ -58,10 +58,13 @@ pub struct Doorbell {
 }
 
 impl Doorbell {
-    /// The arena's: a new page at `path`.
+    /// The arena's: a new page at `path`. It appears there complete, so an agent that sees it can
+    /// use it.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let page = Mapping::<Page>::create(path)?;
+        let unfinished = path.with_extension("new");
+        let page = Mapping::<Page>::create(&unfinished)?;
         page.magic.store(MAGIC, Ordering::Release);
+        std::fs::rename(&unfinished, path)?;
         Ok(Self { page })
     }
 

@@ -2,13 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::bail;
 use protocol::{
     doorbell::{Doorbell, Ring},
     run_dir::RunDir,
 };
 
-use crate::agent::Agent;
+use crate::{Abandoned, agent::Agent};
 
 /// How long an agent sleeps before it asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
@@ -29,12 +28,14 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir) -> anyhow::Re
                     bell.answer();
                     answered = Instant::now();
                 } else if answered.elapsed() > LEFT_OUT {
-                    bail!("run `{}` goes on without {}", run.name(), agent.id);
+                    return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
                 }
             }
             // The arena may be waiting for somebody else, or be gone.
             Ring::Silence if run.is_alive() => answered = Instant::now(),
-            Ring::Silence => bail!("the arena of run `{}` has died; {} leaves", run.name(), agent.id),
+            Ring::Silence => {
+                return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
+            }
         }
     }
 }

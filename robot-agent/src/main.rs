@@ -6,9 +6,9 @@ mod agent;
 mod lockstep;
 mod realtime;
 
-use std::{fs, io, process::ExitCode};
+use std::{fs, io, process::ExitCode, thread, time::Duration};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Parser;
 use protocol::{
     codec,
@@ -21,6 +21,9 @@ use protocol::{
 use tracing_subscriber::EnvFilter;
 
 use crate::agent::Agent;
+
+/// How often an early agent looks whether its run is ready.
+const READY_POLL: Duration = Duration::from_millis(10);
 
 /// Drive one robot: hear its neighbors, steer to the centroid of its cell
 ///
@@ -40,24 +43,43 @@ struct Cli {
     /// How often this robot's agent has been restarted
     #[arg(long, value_name = "K", default_value_t = 0)]
     incarnation: u16,
+
+    /// Leave without a word when the run goes on without this robot, or its arena dies
+    #[arg(long)]
+    quiet: bool,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).without_time().init();
+    let quiet = cli.quiet;
     match drive(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            if !(quiet && error.is::<Abandoned>()) {
+                eprintln!("error: {error:#}");
+            }
             ExitCode::FAILURE
         }
     }
 }
 
+/// Why an agent leaves before its run has ended.
+#[derive(Debug, thiserror::Error)]
+enum Abandoned {
+    /// The arena has died.
+    #[error("the arena of run `{run}` has died; {id} leaves")]
+    ArenaDied { run: RunName, id: RobotId },
+    /// The arena has excluded this robot.
+    #[error("run `{run}` goes on without {id}")]
+    LeftOut { run: RunName, id: RobotId },
+}
+
 fn drive(cli: Cli) -> anyhow::Result<()> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let run = RunDir::open(cli.run)?;
+    wait_until_ready(&run)?;
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
     let setup: AgentSetup = codec::decode(&setup)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
@@ -67,6 +89,17 @@ fn drive(cli: Cli) -> anyhow::Result<()> {
         Mode::Lockstep => lockstep::run(agent, &bell, &run),
         Mode::Realtime => realtime::run(agent, &bell, &run, setup.step),
     }
+}
+
+/// An agent started by hand may come before the arena has everything laid out.
+fn wait_until_ready(run: &RunDir) -> anyhow::Result<()> {
+    while !run.doorbell_path().exists() {
+        if !run.is_alive() {
+            bail!("run `{}` has ended before it began", run.name());
+        }
+        thread::sleep(READY_POLL);
+    }
+    Ok(())
 }
 
 /// What a user can do about a robot that cannot be driven.

@@ -5,10 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use protocol::{doorbell::Doorbell, run_dir::RunDir, units::Seconds};
 
-use crate::agent::Agent;
+use crate::{Abandoned, agent::Agent};
 
 /// Silence after which an agent asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
@@ -37,10 +37,10 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, step: Seconds
         } else if now - answered.max(asked) > ALIVE_POLL {
             asked = now;
             if !run.is_alive() {
-                bail!("the arena of run `{}` has died; {} leaves", run.name(), agent.id);
+                return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }
             if begun && now - answered > LEFT_OUT.max(period * 10) {
-                bail!("run `{}` goes on without {}", run.name(), agent.id);
+                return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
             }
         }
     }

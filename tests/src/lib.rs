@@ -2,5 +2,6 @@
 
 #![forbid(unsafe_code)]
 
+pub mod live;
 pub mod programs;
 pub mod vectors;

@@ -20,7 +20,11 @@ pub fn program(name: &str) -> PathBuf {
     let test = env::current_exe().expect("a test knows its own program");
     let folder = test.ancestors().nth(2).expect("a test lies in target/PROFILE/deps");
     let path = folder.join(name);
-    assert!(path.is_file(), "{} is missing: run scripts/test, or cargo build --workspace first", path.display());
+    assert!(
+        path.is_file(),
+        "{} is missing: run scripts/test, or cargo build --workspace first",
+        path.display()
+    );
     path
 }
 

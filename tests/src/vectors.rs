@@ -50,7 +50,8 @@ fn distance_to_boundary(point: &Vector2<f64>, polygon: &[Vector2<f64>]) -> f64 {
         .map(|(start, end)| {
             let (edge, away) = (end - start, point - start);
             let length_squared = edge.norm_squared();
-            let along = if length_squared > 0.0 { (away.dot(&edge) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+            let along =
+                if length_squared > 0.0 { (away.dot(&edge) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
             (away - edge * along).norm()
         })
         .fold(f64::INFINITY, f64::min)

@@ -1,5 +1,7 @@
 //! `arena` and a robot's whole mind against exact arithmetic: Voronoi cells, Section V.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use arena::{
     Arena,
     frame::ArenaPoint,
@@ -54,8 +56,10 @@ fn voronoi_cells_are_exact_to_1e_12() {
             let off = (centroid - Vector2::from(robot.centroid)).norm();
             assert!(off <= TOLERANCE.max(1e-15 / robot.area), "{what}: centroid off by {off:e}");
             for &neighbor in &robot.neighbors {
-                assert!(shares_only_a_point(&theirs, &sites, index, neighbor)
-                    || near[index].contains(&neighbor), "{what}: neighbor {neighbor} is missing");
+                assert!(
+                    shares_only_a_point(&theirs, &sites, index, neighbor) || near[index].contains(&neighbor),
+                    "{what}: neighbor {neighbor} is missing"
+                );
             }
         }
         let total: f64 = partition.cells().iter().map(|cell| Moments::of(cell, cell[0]).area).sum();
@@ -66,7 +70,8 @@ fn voronoi_cells_are_exact_to_1e_12() {
 /// Whether the edge that two robots share is shorter than the vectors' own limit of comparison.
 fn shares_only_a_point(cell: &[Vector2<f64>], sites: &[ArenaPoint], own: usize, other: usize) -> bool {
     let away = sites[other] - sites[own];
-    let on_bisector = |vertex: &&Vector2<f64>| (vertex.dot(&away) / away.norm() - away.norm() / 2.0).abs() < 1e-9;
+    let on_bisector =
+        |vertex: &&Vector2<f64>| (vertex.dot(&away) / away.norm() - away.norm() / 2.0).abs() < 1e-9;
     let shared: Vec<_> = cell.iter().filter(on_bisector).collect();
     shared.iter().flat_map(|a| shared.iter().map(move |b| (*a - *b).norm())).fold(0.0, f64::max) < 1e-8
 }
@@ -79,7 +84,8 @@ fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
     let mut arena = Arena::new(scenario).unwrap();
     let boots: Vec<Option<Command>> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let percepts = arena.tick(&boots).to_vec();
-    let answers: Vec<Command> = minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept)).collect();
+    let answers: Vec<Command> =
+        minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept)).collect();
     answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(command.goal)).collect()
 }
 

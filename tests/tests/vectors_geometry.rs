@@ -1,5 +1,7 @@
 //! `coverage` against exact arithmetic: moments, V+ and its centroid, cells.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use coverage::{
     cell::{HalfPlanes, local_cell},
     centroid,
@@ -156,14 +158,14 @@ fn local_cells_follow_the_three_closing_rules() {
     assert!(!file.cases.is_empty());
     for case in file.cases {
         let what = format!("case {} ({}, {})", case.id, case.family, case.kind);
-        let lines: HalfPlanes = case
+        let mut lines: HalfPlanes = case
             .neighbors
             .iter()
             // The channel's cutoff, and the rule that a neighbor on the spot is ignored.
             .filter(|heard| heard.range <= file.params.range && heard.range > coverage::cell::COINCIDENT_M)
             .map(|heard| HalfPlane::bisector(heard.range, Radians::new(heard.bearing).unwrap()))
             .collect();
-        let cell = local_cell(lines, &closure);
+        let cell = local_cell(&mut lines, &closure);
         let (Some(cell), Some(vertices)) = (cell.as_ref(), case.vertices.filter(|v| !v.is_empty())) else {
             assert!(cell.is_none() && case.kind == "none", "{what}: we say {cell:?}");
             continue;

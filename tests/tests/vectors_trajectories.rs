@@ -1,6 +1,8 @@
 //! Reference trajectories through the whole stack: scenario file, processes, iceoryx2, lock-step,
 //! random headings.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use tests::{

@@ -97,29 +97,31 @@ pub(super) struct Members {
 impl Members {
     /// Lays out the run's folder and the services of every robot.
     pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: Hosting) -> Result<Self, SquadError> {
-        let run = &hosting.run;
         let failed = |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {error}"));
+        let run = &hosting.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
             .map_err(|error| failed("the agents' setup", error))?;
-        let doorbell =
-            Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
         let medium = Medium::enter(run)?;
         let robots = scenario.robot_count();
-        let mut members = Self {
+        let deliveries_max = DELIVERIES_MAX.min(robots as usize - 1);
+        let members = (0..robots)
+            .map(|index| Member::hosted(&medium, RobotId::first(index), deliveries_max))
+            .collect::<Result<_, _>>()?;
+        // The doorbell comes last: an agent that finds it finds everything.
+        let doorbell =
+            Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
+        Ok(Self {
             doorbell,
             hang_timeout: scenario.processes.hang_timeout(),
             medium,
             hosting,
             on_hang: scenario.processes.on_hang,
             join_timeout: scenario.processes.join_timeout(),
-            deliveries_max: DELIVERIES_MAX.min(robots as usize - 1),
-            members: Vec::new(),
+            deliveries_max,
+            members,
             incidents: Vec::new(),
-        };
-        members.members =
-            (0..robots).map(|index| members.host(RobotId::first(index))).collect::<Result<_, _>>()?;
-        Ok(members)
+        })
     }
 
     /// Lets agents come and waits until all have joined, or `stop` is raised.
@@ -158,11 +160,11 @@ impl Members {
                 self.miss(index, tick, what)?;
             }
         }
-        for index in 0..self.members.len() {
+        for (index, answer) in answers.iter_mut().enumerate() {
             let Presence::Expected { since } = self.members[index].presence else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
                 self.members[index].presence = Presence::Present;
-                answers[index] = Some(command);
+                *answer = Some(command);
             } else if since.elapsed() > self.join_timeout && !self.is_by_hand(index) {
                 let what =
                     format!("{} has not joined within {:?}", self.members[index].id, self.join_timeout);
@@ -279,16 +281,11 @@ impl Members {
         // The old life's services go first: descriptors do not grow with restarts.
         self.members[index] = Member { id, ports: None, process: None, presence: Presence::Out, refused };
         if self.on_hang == OnHang::Restart {
-            self.members[index] = Member { refused, ..self.host(id.reborn())? };
+            self.members[index] =
+                Member { refused, ..Member::hosted(&self.medium, id.reborn(), self.deliveries_max)? };
             self.hosting.link.tell(&Event::Start(id.reborn()));
         }
         Ok(())
-    }
-
-    fn host(&self, id: RobotId) -> Result<Member, SquadError> {
-        let ports = Some(self.medium.host(id, self.deliveries_max)?);
-        let presence = Presence::Expected { since: Instant::now() };
-        Ok(Member { id, ports, process: None, presence, refused: 0 })
     }
 
     fn is_by_hand(&self, index: usize) -> bool {
@@ -308,6 +305,13 @@ impl Members {
 }
 
 impl Member {
+    /// A robot whose agent may come.
+    fn hosted(medium: &Medium, id: RobotId, deliveries_max: usize) -> Result<Self, SquadError> {
+        let ports = Some(medium.host(id, deliveries_max)?);
+        let presence = Presence::Expected { since: Instant::now() };
+        Ok(Self { id, ports, process: None, presence, refused: 0 })
+    }
+
     /// Counts a refusal; shows the first.
     fn refuse(&mut self, why: impl fmt::Display) {
         self.refused += 1;

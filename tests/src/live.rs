@@ -1,0 +1,172 @@
+//! A run that a test watches and disturbs while it goes on.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::PathBuf,
+    process::{Child, Command, Output, Stdio, id},
+    sync::atomic::{AtomicU32, Ordering},
+    thread,
+    time::{Duration, Instant},
+};
+
+use rustix::process::{Pid, Signal, kill_process};
+use tempfile::TempDir;
+
+use crate::programs::{Run, lamplight, program, scenario};
+
+/// Far more than anything here takes on a busy machine: a test that waits this long has failed.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Waits until `what` comes true.
+///
+/// # Panics
+/// If it never does.
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !is_so() {
+        assert!(began.elapsed() < PATIENCE, "gave up waiting until {what}");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A `lamplight run` with a name of its own, ended with the test whatever happens.
+#[derive(Debug)]
+pub struct LiveRun {
+    /// The run's name.
+    pub name: String,
+    folder: Option<TempDir>,
+    child: Option<Child>,
+}
+
+impl LiveRun {
+    /// Starts `scenario_name` with `args`.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn start(scenario_name: &str, args: &[&str]) -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("test-{}-{}", id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let child = lamplight(["run", "--name", &name, "--json"])
+            .arg(scenario(scenario_name))
+            .arg("--out")
+            .arg(folder.path().join("out"))
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("lamplight starts");
+        Self { name, folder: Some(folder), child: Some(child) }
+    }
+
+    /// Starts one of this run's agents by hand.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn agent(&self, robot: u32) -> Child {
+        Command::new(program("robot-agent"))
+            .args(["--run", &self.name, "--robot", &robot.to_string()])
+            .stdin(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("robot-agent starts")
+    }
+
+    /// Process of each agent that is alive, by robot.
+    pub fn agents(&self) -> BTreeMap<u32, Pid> {
+        let ours = ["--run".to_owned(), self.name.clone(), "--robot".to_owned()];
+        processes("robot-agent")
+            .filter_map(|(pid, arguments)| {
+                let at = arguments.windows(3).position(|window| window == ours)?;
+                Some((arguments.get(at + 3)?.parse().ok()?, pid))
+            })
+            .collect()
+    }
+
+    /// Process of the arena.
+    pub fn arena(&self) -> Option<Pid> {
+        let ours = format!("--name={}", self.name);
+        processes("arena-daemon").find(|(_, arguments)| arguments.contains(&ours)).map(|(pid, _)| pid)
+    }
+
+    /// Process of `lamplight` itself.
+    ///
+    /// # Panics
+    /// If the run has been finished.
+    pub fn supervisor(&self) -> Pid {
+        Pid::from_child(self.child.as_ref().expect("the run has not been finished"))
+    }
+
+    /// Waits until robots move: the first row of `metrics.csv` is there.
+    pub fn wait_until_moving(&self) {
+        let metrics = self.out().join("metrics.csv");
+        wait_until("robots move", || fs::read_to_string(&metrics).is_ok_and(|text| text.lines().count() > 1));
+    }
+
+    /// Waits until the arena waits for agents.
+    pub fn wait_until_open(&self) {
+        let doorbell = PathBuf::from(format!("/dev/shm/lamplight-{}/doorbell", self.name));
+        wait_until("the arena waits for agents", || doorbell.exists());
+    }
+
+    /// Waits for the end; what it printed, and what it left if it left a summary.
+    ///
+    /// # Panics
+    /// If it leaves a process or a file in shared memory behind.
+    pub fn finish(mut self) -> (Output, Option<Run>) {
+        let child = self.child.as_mut().expect("a run is finished once");
+        wait_until("the run ends", || child.try_wait().expect("a child can be asked").is_some());
+        let child = self.child.take().expect("it was there a moment ago");
+        let output = child.wait_with_output().expect("a child can be waited for");
+        wait_until("every agent has left", || self.agents().is_empty());
+        assert_eq!(self.leftovers(), Vec::<String>::new(), "left in shared memory");
+        let folder = self.folder.take().expect("a run is finished once");
+        let run = folder.path().join("out/summary.json").exists().then(|| Run::in_folder(folder));
+        (output, run)
+    }
+
+    /// What the run has in shared memory.
+    pub fn leftovers(&self) -> Vec<String> {
+        let (exact, prefix) = (format!("lamplight-{}", self.name), format!("lamplight-{}.", self.name));
+        let entries = fs::read_dir("/dev/shm").expect("shared memory is there");
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        names.filter(|name| *name == exact || name.starts_with(&prefix)).collect()
+    }
+
+    fn out(&self) -> PathBuf {
+        self.folder.as_ref().expect("the run has not been finished").path().join("out")
+    }
+}
+
+impl Drop for LiveRun {
+    /// A failed test leaves nothing behind either.
+    fn drop(&mut self) {
+        let Some(mut child) = self.child.take() else { return };
+        let _ = child.kill();
+        let _ = child.wait();
+        for pid in self.agents().into_values().chain(self.arena()) {
+            signal(pid, Signal::KILL);
+        }
+        let _ = lamplight(["clean"]).output();
+    }
+}
+
+/// Sends a signal to a process of ours; one that is gone does not mind.
+pub fn signal(pid: Pid, signal: Signal) {
+    let _ = kill_process(pid, signal);
+}
+
+/// Number and arguments of every live process that runs `name`.
+fn processes(name: &str) -> impl Iterator<Item = (Pid, Vec<String>)> {
+    let entries = fs::read_dir("/proc").expect("/proc is there");
+    entries.filter_map(move |entry| {
+        let pid = entry.ok()?.file_name().to_str()?.parse().ok()?;
+        let arguments = fs::read(format!("/proc/{pid}/cmdline")).ok()?;
+        let arguments: Vec<String> = arguments
+            .split(|&byte| byte == 0)
+            .map(|text| String::from_utf8_lossy(text).into_owned())
+            .collect();
+        (arguments.first()?.rsplit('/').next()? == name).then_some((Pid::from_raw(pid)?, arguments))
+    })
+}

@@ -1,0 +1,86 @@
+//! The promise: one scenario, one seed, one digest, whatever computes it and in which order.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+};
+
+use tests::{live::LiveRun, programs::Run};
+
+const IN_PROCESS: [&str; 2] = ["--engine", "in-process"];
+
+/// The scenarios the promise is checked for, with the options that make them.
+const SWARMS: [(&str, &[&str]); 3] = [
+    ("swarmbots", &[]),
+    ("two-gaussians", &["--duration", "20"]),
+    ("hundred", &["--robots", "200", "--duration", "30"]),
+];
+
+#[test]
+fn processes_in_lockstep_twice_and_in_process_give_one_digest() {
+    for (scenario, options) in SWARMS {
+        let in_process = Run::of(scenario, &[options, &IN_PROCESS].concat());
+        for _ in 0..2 {
+            let processes = Run::of(scenario, options);
+            assert_eq!(processes.digest(), in_process.digest(), "{scenario} {options:?}");
+            assert_eq!(processes.summary["packets"], in_process.summary["packets"]);
+            assert_eq!(processes.number("cost_h"), in_process.number("cost_h"));
+        }
+    }
+}
+
+#[test]
+fn a_busy_machine_changes_nothing() {
+    let quiet = Run::of("swarmbots", &IN_PROCESS);
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(2, usize::from) {
+            scope.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    std::hint::spin_loop()
+                }
+            });
+        }
+        let busy = Run::of("swarmbots", &[]);
+        done.store(true, Ordering::Relaxed);
+        assert_eq!(busy.digest(), quiet.digest());
+    });
+}
+
+#[test]
+fn the_order_in_which_agents_start_changes_nothing() {
+    const ROBOTS: u32 = 50;
+    let everyone: Vec<String> = (0..ROBOTS).map(|robot| robot.to_string()).collect();
+    let run = LiveRun::start("swarmbots", &["--duration", "20", "--by-hand", &everyone.join(",")]);
+    run.wait_until_open();
+    // 17 is coprime to 50: a shuffle that visits every robot once.
+    let agents: Vec<_> = (0..ROBOTS).map(|i| run.agent((i * 17 + 5) % ROBOTS)).collect();
+    let (output, left) = run.finish();
+    for mut agent in agents {
+        assert!(agent.wait().unwrap().success());
+    }
+    let shuffled = left.unwrap_or_else(|| panic!("{}", tests::programs::said(&output)));
+    let in_order = Run::of("swarmbots", &["--duration", "20", "--engine", "in-process"]);
+    assert_eq!(shuffled.digest(), in_order.digest());
+}
+
+#[test]
+fn another_seed_is_another_run() {
+    let digest = |seed| Run::of("swarmbots", &["--duration", "1", "--engine", "in-process", "--seed", seed]);
+    assert_ne!(digest("1").digest(), digest("2").digest());
+}
+
+#[test]
+fn a_resolved_scenario_gives_the_run_it_came_from() {
+    let first =
+        Run::of("swarmbots", &["--duration", "2", "--set", "field.offset=400", "--engine", "in-process"]);
+    let resolved = first.file("scenario.toml");
+    let output = tests::programs::lamplight(["run", "--json", "--quiet", "--engine", "in-process"])
+        .arg(resolved)
+        .output()
+        .unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["digest"], first.digest());
+}

@@ -1,0 +1,167 @@
+//! Agents are not trusted: the test itself drives one robot of a real run, and misbehaves.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::time::Duration;
+
+use coverage::Controller;
+use protocol::{
+    codec,
+    command::Command,
+    doorbell::{Doorbell, Ring},
+    frame::BodyVector,
+    percept::{Percept, Tick},
+    raw::{BOOT_TICK, RawCommand},
+    robot_id::RobotId,
+    run_dir::RunDir,
+    services::{AgentPorts, Medium},
+    setup::AgentSetup,
+};
+use tests::{
+    live::LiveRun,
+    programs::{Run, said},
+};
+
+const ROBOT: RobotId = RobotId::first(3);
+const OPTIONS: [&str; 2] = ["--duration", "2"];
+
+/// Drives robot 3 of a run; `misbehave` sends what it likes beside the honest answer.
+fn run_with(misbehave: impl Fn(&AgentPorts, Tick, &Command) -> Honesty) -> Run {
+    let run = LiveRun::start("one-gaussian", &[&OPTIONS[..], &["--by-hand", "3"]].concat());
+    run.wait_until_open();
+    let folder = RunDir::open(run.name.parse().unwrap()).unwrap();
+    let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
+    let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
+    let medium = Medium::enter(&folder).unwrap();
+    let ports = medium.join(ROBOT).unwrap();
+    let mut mind = Controller::new(ROBOT, setup.controller);
+    let mut seen = bell.round();
+    ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
+    loop {
+        match bell.wait_for_ring(seen, Duration::from_secs(60)) {
+            Ring::Round(round) => seen = round,
+            Ring::Closed => break,
+            Ring::Silence => panic!("the arena is silent"),
+        }
+        let mut percept = Percept::empty(0);
+        if ports.receive(|header, heard| header.read(heard, &mut percept).unwrap()).unwrap().is_none() {
+            continue;
+        }
+        let honest = mind.step(&percept);
+        if misbehave(&ports, percept.tick, &honest) == Honesty::AfterAll {
+            ports.send(raw(percept.tick, &honest)).unwrap();
+        }
+        bell.answer();
+    }
+    drop((ports, medium));
+    let (output, left) = run.finish();
+    assert!(output.status.success(), "{}", said(&output));
+    left.unwrap()
+}
+
+#[derive(PartialEq)]
+enum Honesty {
+    AfterAll,
+    Never,
+}
+
+fn raw(tick: Tick, command: &Command) -> RawCommand {
+    RawCommand::new(tick, command, std::process::id())
+}
+
+fn in_process() -> Run {
+    Run::of("one-gaussian", &[&OPTIONS[..], &["--engine", "in-process"]].concat())
+}
+
+/// Lies told before the honest answer are refused, counted against their robot, and change nothing.
+fn assert_harmless(what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
+    let run = run_with(|ports, tick, honest| {
+        ports.send(lie(tick, honest)).unwrap();
+        Honesty::AfterAll
+    });
+    assert_eq!(run.digest(), in_process().digest(), "{what}");
+    let ticks = run.number("ticks") as u64 + 1;
+    for robot in run.robots() {
+        let refused = if robot.robot == ROBOT.index { ticks } else { 0 };
+        assert_eq!(robot.commands_refused, refused, "{what}: {robot:?}");
+    }
+}
+
+#[test]
+fn stale_ticks_are_refused() {
+    assert_harmless("stale", |tick, honest| raw(tick.wrapping_sub(1), honest));
+}
+
+#[test]
+fn answers_to_ticks_to_come_are_refused() {
+    assert_harmless("future", |tick, honest| raw(tick + 1, honest));
+}
+
+#[test]
+fn another_incarnation_is_refused() {
+    assert_harmless("incarnation", |tick, honest| RawCommand { incarnation: 1, ..raw(tick, honest) });
+}
+
+#[test]
+fn another_robots_name_is_refused() {
+    assert_harmless("name", |tick, honest| RawCommand { robot: 4, ..raw(tick, honest) });
+}
+
+#[test]
+fn another_robots_packet_is_refused() {
+    assert_harmless("packet", |tick, honest| {
+        let mut forged = *honest;
+        forged.packet.sender = RobotId::first(5);
+        RawCommand { robot: ROBOT.index, ..raw(tick, &forged) }
+    });
+}
+
+#[test]
+fn a_packet_longer_than_a_frame_is_refused() {
+    assert_harmless("length", |tick, honest| {
+        let mut long = raw(tick, honest);
+        long.frame.len = u32::MAX;
+        long
+    });
+}
+
+#[test]
+fn flipped_bits_are_refused() {
+    assert_harmless("checksum", |tick, honest| {
+        let mut flipped = raw(tick, honest);
+        flipped.frame.bytes[9] ^= 0x10;
+        flipped
+    });
+}
+
+#[test]
+fn nan_is_refused() {
+    assert_harmless("nan", |tick, honest| RawCommand { velocity_x_m_per_s: f64::NAN, ..raw(tick, honest) });
+}
+
+#[test]
+fn a_flood_is_refused_and_drowns_nobody() {
+    let run = run_with(|ports, tick, honest| {
+        for _ in 0..500 {
+            ports.send(raw(tick, honest)).unwrap();
+        }
+        Honesty::AfterAll
+    });
+    assert_eq!(run.digest(), in_process().digest());
+    for robot in run.robots() {
+        assert_eq!(robot.commands_refused > 0, robot.robot == ROBOT.index, "{robot:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
+    let nan = BodyVector::new(f64::NAN, 0.0);
+    let run = run_with(|ports, tick, honest| {
+        ports.send(raw(tick, &Command { goal: nan, velocity: nan, ..*honest })).unwrap();
+        Honesty::Never
+    });
+    let ticks = run.number("ticks") as u64 + 1;
+    assert_eq!(run.number("commands_refused") as u64, ticks);
+    assert_eq!(run.number("robots_alive"), 9.0, "its last answer was none");
+    assert_eq!(run.summary["ended"], "finished");
+}
