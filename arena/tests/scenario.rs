@@ -746,3 +746,27 @@ mod files {
         check_file(path, expect!["DIR/x.toml: is not UTF-8 text (line 2)"]);
     }
 }
+
+mod agreement {
+    use super::*;
+
+    #[test]
+    fn the_exact_law_wants_cells_that_end() {
+        check_edit(
+            "gain_per_s = 1",
+            "gain_per_s = 1\nlaw = \"exact\"",
+            expect![[r#"
+                x.toml:12: controller.law = "exact" needs bounded cells: robots that sense no walls may have cells hundreds of meters long
+                hint: set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)"#]],
+        );
+    }
+
+    #[test]
+    fn a_field_has_room_for_fifteen_peaks() {
+        let lamp = "\n[[field.lamp]]\nposition_m = [1, 0]\npeak = 1\nhalf_distance_m = 1\n";
+        let with = |lamps: usize| format!("{SMALLEST}{}", lamp.repeat(lamps));
+        assert!(parse(&with(15), &[]).is_ok());
+        let error = parse(&with(16), &[]).expect_err("one lamp too many").to_string();
+        assert!(error.ends_with("16 Gaussians and lamps are more than the 15 a field can have"), "{error}");
+    }
+}

@@ -3,10 +3,13 @@
 //! In:  a scenario whose values are each well-formed.
 //! Out: the first [`Problem`], with the paths of the values that disagree.
 
+use protocol::percept::COMPONENTS_MAX;
+use protocol::setup::Law;
+
 use super::Scenario;
 use super::document::Problem;
 use super::number::RobotCount;
-use super::tables::{ChannelModel, ChannelSpec, ControllerSpec, GradientSource, RobotsSpec};
+use super::tables::{ChannelModel, ChannelSpec, ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
 pub const MAX_GAIN_STEP: f64 = 1.5;
@@ -37,8 +40,10 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     room(scenario)?;
     positions_in_arena(scenario)?;
     positions_apart(scenario)?;
+    field(&scenario.field)?;
     gain(scenario)?;
     gradient(&scenario.controller)?;
+    bounded_cells(scenario)?;
     range(&scenario.channel)
 }
 
@@ -123,6 +128,26 @@ fn positions_apart(scenario: &Scenario) -> Result<(), Problem> {
         }
     }
     Ok(())
+}
+
+/// A percept has room for so many terms of φ, the offset among them.
+fn field(field: &FieldSpec) -> Result<(), Problem> {
+    let (peaks, room) = (field.gaussian.len() + field.lamp.len(), COMPONENTS_MAX - 1);
+    ensure(peaks <= room, || {
+        let message = format!("{peaks} Gaussians and lamps are more than the {room} a field can have");
+        problem(&["field.lamp", "field.gaussian", "field"], message)
+    })
+}
+
+/// The `exact` law integrates over the whole cell, so the cell must end somewhere near.
+fn bounded_cells(scenario: &Scenario) -> Result<(), Problem> {
+    let bounded = scenario.arena.boundary_sensing || scenario.controller.cell_cap_m.is_some();
+    ensure(scenario.controller.law != Law::Exact || bounded, || {
+        let message = "controller.law = \"exact\" needs bounded cells: robots that sense no walls may have \
+                       cells hundreds of meters long";
+        problem(&["controller.law"], message)
+            .hint("set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)")
+    })
 }
 
 fn gain(scenario: &Scenario) -> Result<(), Problem> {

@@ -1,0 +1,155 @@
+//! What the commands say to what they cannot do: one clear line, the way out, the exit status.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::{fs, process::Output};
+
+use tests::programs::{lamplight, said, scenario};
+
+fn run(args: &[&str]) -> Output {
+    lamplight(["run"]).arg(scenario("swarmbots")).args(args).output().unwrap()
+}
+
+/// Exit status 2, nothing on standard output, and on standard error what is `expected`.
+fn check(output: &Output, expected: &str) {
+    assert_eq!(output.status.code(), Some(2), "{}", said(output));
+    assert!(output.stdout.is_empty(), "{}", said(output));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains(expected), "expected {expected:?}\n{}", said(output));
+}
+
+#[test]
+fn a_misspelled_key_gets_a_suggestion() {
+    check(
+        &run(&["--set", "channel.rnge_m=1"]),
+        "error: --set channel.rnge_m=1: unknown key `rnge_m` in [channel]; did you mean `range_m`?\n",
+    );
+}
+
+#[test]
+fn errors_in_a_file_name_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    fs::write(&path, good.replace("radius_m = 0.065", "radius_m = -0.065")).unwrap();
+    let line = good.lines().position(|line| line.starts_with("radius_m")).unwrap() + 1;
+    let output = lamplight(["check"]).arg(&path).output().unwrap();
+    check(
+        &output,
+        &format!("mine.toml:{line}: robots.radius_m: must be zero or a positive number, got -0.065"),
+    );
+}
+
+#[test]
+fn impossible_numbers_are_refused() {
+    check(&run(&["--robots", "0"]), "error: --robots 0: must be from 1 to 1000000 robots, got 0");
+    check(&run(&["--robots", "-3"]), "error: --robots -3: must be from 1 to 1000000 robots, got -3");
+    check(&run(&["--duration", "-1"]), "error: --duration -1: must be a positive number, got -1");
+    check(&run(&["--set", "step_s=nan"]), "--set step_s=nan: must be a finite number, got NaN");
+    check(&run(&["--speed", "0"]), "it must be a positive number");
+    check(&run(&["--set", "step_s=2"]), "gain_per_s × step_s = 2 exceeds 1.5");
+}
+
+#[test]
+fn a_swarm_beyond_the_descriptor_limit_is_explained() {
+    let output = run(&["--robots", "100000"]);
+    check(&output, "error: 100000 robots as processes need 1000064 open files in the arena (10 each)");
+    check(&output, "hint: raise it (`ulimit -Hn`, as root), or run with `--engine in-process`");
+}
+
+#[test]
+fn a_start_without_room_names_the_robot() {
+    let output = run(&["--robots", "300", "--engine", "in-process"]);
+    check(&output, "error: cannot place robot ");
+    check(&output, "use fewer robots, a smaller robots.radius_m (now 0.065) or a larger arena.size_m");
+}
+
+#[test]
+fn a_folder_with_a_run_in_it_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("summary.json"), "precious").unwrap();
+    for engine in ["processes", "in-process"] {
+        let output = run(&["--engine", engine, "--out", folder.path().to_str().unwrap()]);
+        check(&output, "already holds a run (summary.json); give --out another folder, or remove this one");
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("summary.json")).unwrap(), "precious");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_refused() {
+    check(&run(&["--out", "/proc/nowhere/out"]), "error: cannot make the folder /proc/nowhere/out");
+}
+
+#[test]
+fn a_missing_scenario_is_missed() {
+    let output = lamplight(["run", "/nowhere/x.toml"]).output().unwrap();
+    check(&output, "error: /nowhere/x.toml: no such file\n");
+}
+
+#[test]
+fn options_that_mean_nothing_together_are_refused() {
+    check(
+        &run(&["--engine", "in-process", "--mode", "realtime"]),
+        "use --engine processes for --mode realtime",
+    );
+    check(&run(&["--engine", "in-process", "--by-hand", "1"]), "use --engine processes");
+    check(&run(&["--by-hand", "50"]), "--by-hand 50: the scenario has robots 0 to 49");
+    check(&run(&["--name", "a/b"]), "use 1 to 64 letters, digits, `-` and `_`");
+}
+
+#[test]
+fn every_ready_scenario_is_sound() {
+    for entry in fs::read_dir(scenario("swarmbots").parent().unwrap()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let output = lamplight(["check"]).arg(&path).output().unwrap();
+            assert!(output.status.success(), "{}", said(&output));
+        }
+    }
+}
+
+#[test]
+fn the_schema_command_prints_what_is_committed() {
+    let output = lamplight(["schema"]).output().unwrap();
+    let committed = fs::read(scenario("swarmbots").with_file_name("scenario.schema.json")).unwrap();
+    let json = |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).unwrap();
+    assert_eq!(json(&output.stdout), json(&committed));
+}
+
+#[test]
+fn summaries_have_the_keys_that_scripts_rely_on() {
+    let output = run(&["--engine", "in-process", "--duration", "1", "--json"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for key in [
+        "scenario",
+        "seed",
+        "robots",
+        "engine",
+        "mode",
+        "ticks",
+        "virtual_time_s",
+        "wall_time_s",
+        "real_time_factor",
+        "digest",
+        "converged_at_s",
+        "mean_error_m",
+        "cost_h",
+        "mean_lamp_distance_m",
+        "robots_alive",
+        "packets",
+        "faults",
+        "tick_us",
+    ] {
+        assert!(summary.get(key).is_some(), "{key} is missing");
+    }
+    for key in ["sent", "heard", "collided", "lost_range", "lost_loss", "lost_fault"] {
+        assert!(summary["packets"][key].is_u64(), "packets.{key} is missing");
+    }
+    for key in ["p50", "p90", "p99", "max"] {
+        assert!(summary["tick_us"][key].is_f64(), "tick_us.{key} is missing");
+    }
+    let packets = |key: &str| summary["packets"][key].as_u64().unwrap();
+    assert_eq!(packets("sent") * 49, packets("heard") + packets("lost_range"), "packets are accounted for");
+}
