@@ -66,10 +66,11 @@ impl Progress {
         }
     }
 
+    /// Virtual time, speed, mean estimated error and robots alive; beside the bar it fits 80 columns.
     fn text(&self, status: &Status) -> String {
         let wall_s = self.started.elapsed().as_secs_f64();
         format!(
-            "{:.1} s virtual, {:.0} ticks/s, {:.1}x real time, mean error {:.2e} m, {} robots alive",
+            "{:.1} s, {:.0} ticks/s, {:.1}x real time, ê {:.2e} m, {} alive",
             status.time_s,
             status.tick as f64 / wall_s,
             status.time_s / wall_s,
@@ -89,7 +90,7 @@ impl Drop for Progress {
 }
 
 fn live_line(ticks: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}")
+    let style = ProgressStyle::with_template("{bar:10} {percent:>3}% {wide_msg}")
         .expect("the template is fixed and has been seen to parse");
     let line = ProgressBar::with_draw_target(Some(ticks), ProgressDrawTarget::stderr()).with_style(style);
     LIVE.get_or_init(|| line).clone()

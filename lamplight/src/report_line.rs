@@ -12,7 +12,8 @@ pub(crate) fn lines(summary: &Value) -> String {
 }
 
 fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
-    let number = |key: &str| summary[key].as_f64().unwrap_or(f64::NAN);
+    let plain = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let number = |key: &str| plain(&summary[key]);
     let word = |key: &str| summary[key].as_str().unwrap_or_default();
     writeln!(
         text,
@@ -36,6 +37,6 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
     let packets = &summary["packets"];
     writeln!(text, "packets: {} sent, {} heard", packets["sent"], packets["heard"])?;
     let tick = &summary["tick_us"];
-    writeln!(text, "tick: {:.0} us median, {:.0} us p99", tick["p50"], tick["p99"])?;
+    writeln!(text, "tick: {:.0} us median, {:.0} us p99", plain(&tick["p50"]), plain(&tick["p99"]))?;
     writeln!(text, "digest {}", word("digest"))
 }
