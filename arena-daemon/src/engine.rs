@@ -105,7 +105,8 @@ impl Run<'_> {
             let status = self.status(tick);
             let ending = self.ending(&status);
             if tick % self.scenario.sample_every_ticks() == 0 || ending.is_some() {
-                self.outputs.sample(&self.arena.metrics(&self.answers)).map_err(Interruption::Outputs)?;
+                let metrics = self.arena.metrics(&self.answers);
+                self.outputs.sample(tick, status.time_s, &metrics).map_err(Interruption::Outputs)?;
             }
             if let Some(ending) = ending {
                 return Ok(ending);
@@ -129,7 +130,7 @@ impl Run<'_> {
         Status {
             tick,
             ticks: self.scenario.ticks(),
-            time_s: tick as f64 * self.scenario.step_s.get(),
+            time_s: self.arena.time_s(),
             mean_error_m,
             alive: self.answers.iter().flatten().count(),
         }
@@ -156,8 +157,7 @@ impl Run<'_> {
         start_up: Duration,
         wall: Duration,
     ) -> Summary {
-        let metrics = self.arena.metrics(&self.answers);
-        let wall_time_s = wall.as_secs_f64();
+        let (virtual_time_s, wall_time_s) = (self.arena.time_s(), wall.as_secs_f64());
         Summary {
             scenario: self.scenario.name.clone(),
             seed: self.scenario.seed,
@@ -166,22 +166,15 @@ impl Run<'_> {
             mode: plan.mode,
             ended,
             failure,
-            ticks: metrics.tick,
-            virtual_time_s: metrics.time_s,
+            ticks: self.arena.current_tick(),
+            virtual_time_s,
             wall_time_s,
             start_up_s: start_up.as_secs_f64(),
-            real_time_factor: metrics.time_s / wall_time_s,
+            real_time_factor: virtual_time_s / wall_time_s,
             digest: self.arena.digest(),
             converged_at_s: self.converged_at_s,
-            mean_error_m: metrics.mean_error_m,
-            max_error_m: metrics.max_error_m,
-            mean_true_error_m: metrics.mean_true_error_m,
-            cost_h: metrics.cost_h,
-            cell_agreement: metrics.cell_agreement,
-            mean_lamp_distance_m: metrics.mean_lamp_distance_m,
-            robots_alive: metrics.robots_alive,
+            end: self.arena.metrics(&self.answers),
             commands_refused: self.squad.standings().iter().map(|standing| standing.refused).sum(),
-            packets: metrics.packets,
             faults: Vec::new(),
             incidents: self.squad.incidents().to_vec(),
             tick_us: TickTimes::of(&self.tick_ns),

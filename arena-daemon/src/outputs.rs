@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::{Context, bail};
 use arena::{Arena, metrics::Metrics, scenario::Scenario};
-use protocol::command::Command;
+use protocol::{command::Command, percept::Tick};
 use serde::Serialize;
 
 use crate::{squad::Standing, summary::Summary};
@@ -63,9 +63,9 @@ impl Outputs {
     }
 
     /// One more row of `metrics.csv`.
-    pub fn sample(&mut self, metrics: &Metrics) -> anyhow::Result<()> {
+    pub fn sample(&mut self, tick: Tick, time_s: f64, metrics: &Metrics) -> anyhow::Result<()> {
         let Some((folder, rows)) = &mut self.folder else { return Ok(()) };
-        metrics_row(rows, metrics)
+        metrics_row(rows, &MetricsRow::new(tick, time_s, metrics))
             .with_context(|| format!("cannot write {}", folder.join("metrics.csv").display()))
     }
 
@@ -102,8 +102,8 @@ impl Outputs {
     }
 }
 
-fn metrics_row(rows: &mut csv::Writer<File>, metrics: &Metrics) -> anyhow::Result<()> {
-    rows.serialize(MetricsRow::from(metrics))?;
+fn metrics_row(rows: &mut csv::Writer<File>, row: &MetricsRow) -> anyhow::Result<()> {
+    rows.serialize(row)?;
     // A run that is killed leaves whole rows behind.
     rows.flush()?;
     Ok(())
@@ -130,12 +130,12 @@ struct MetricsRow {
     packets_over_bound: u64,
 }
 
-impl From<&Metrics> for MetricsRow {
-    fn from(metrics: &Metrics) -> Self {
+impl MetricsRow {
+    fn new(tick: Tick, time_s: f64, metrics: &Metrics) -> Self {
         let packets = metrics.packets;
         Self {
-            tick: metrics.tick,
-            time_s: metrics.time_s,
+            tick,
+            time_s,
             mean_error_m: metrics.mean_error_m,
             max_error_m: metrics.max_error_m,
             mean_true_error_m: metrics.mean_true_error_m,

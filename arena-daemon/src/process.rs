@@ -82,8 +82,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn we_run() {
-        assert_eq!(Process::find(id()).unwrap().state(), State::Running);
+    fn we_live_and_nobody_has_number_zero() {
+        assert_ne!(Process::find(id()).unwrap().state(), State::Dead);
+        assert_eq!(Process::find(0), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `summary.json`: a run in one object. Tools rely on its keys.
 
-use arena::metrics::Packets;
+use arena::metrics::Metrics;
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
 use serde::Serialize;
@@ -85,24 +85,11 @@ pub struct Summary {
     pub digest: String,
     /// First time the mean ‖ê‖ was below the scenario's tolerance.
     pub converged_at_s: Option<f64>,
-    /// Final mean ‖ê‖.
-    pub mean_error_m: f64,
-    /// Final largest ‖ê‖.
-    pub max_error_m: f64,
-    /// Final mean ‖C − p‖ with true centroids.
-    pub mean_true_error_m: f64,
-    /// Final coverage cost.
-    pub cost_h: f64,
-    /// Final share of robots whose local cell is the global one.
-    pub cell_agreement: f64,
-    /// Final mean distance to the middle of the lamps.
-    pub mean_lamp_distance_m: Option<f64>,
-    /// Robots whose agents answered the last tick.
-    pub robots_alive: u32,
     /// Commands refused over all robots.
     pub commands_refused: u64,
-    /// Packets over the whole run.
-    pub packets: Packets,
+    /// The swarm at the end, and its packets over the whole run.
+    #[serde(flatten)]
+    pub end: Metrics,
     /// Planned faults.
     pub faults: Vec<Fault>,
     /// Unplanned events.

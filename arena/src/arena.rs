@@ -6,14 +6,14 @@ use protocol::{
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
     setup::Law,
-    units::{Meters, Radians},
+    units::{Meters, Radians, wrapped},
 };
 
 use crate::{
     channel::Channel,
     digest::Digest,
     field::Field,
-    frame::{ArenaPoint, Pose, wrapped},
+    frame::{ArenaPoint, Pose},
     measurement::measured,
     metrics::{Metrics, Packets, Partition, estimated_errors, mean_lamp_distance},
     placement::{self, PlacementError},
@@ -96,10 +96,7 @@ impl Arena {
         let (cost_h, mean_true_error_m) = partition.cost_and_true_error(&self.field);
         let heard = alive.iter().map(|&robot| (&poses[robot], &self.percepts[robot]));
         let (mean_error_m, max_error_m) = estimated_errors(answers);
-        let tick = self.current_tick();
         Metrics {
-            tick,
-            time_s: tick as f64 * self.step_s,
             mean_error_m,
             max_error_m,
             mean_true_error_m,
@@ -114,6 +111,11 @@ impl Arena {
     /// The tick whose percepts stand; 0 before the first.
     pub fn current_tick(&self) -> Tick {
         self.tick.unwrap_or(0)
+    }
+
+    /// Virtual time of that tick, seconds.
+    pub fn time_s(&self) -> f64 {
+        self.current_tick() as f64 * self.step_s
     }
 
     /// Pose of every robot.

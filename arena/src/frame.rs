@@ -2,8 +2,6 @@
 //!
 //! These types exist in this crate alone: a robot cannot name a point of the arena.
 
-use core::f64::consts::{PI, TAU};
-
 use nalgebra::Vector2;
 use protocol::frame::BodyVector;
 
@@ -39,14 +37,10 @@ impl Pose {
     }
 }
 
-/// The same angle in (-π, π].
-pub fn wrapped(angle: f64) -> f64 {
-    let turned = angle - TAU * libm::floor(angle / TAU);
-    if turned > PI { turned - TAU } else { turned }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     #[test]

@@ -4,10 +4,10 @@
 use protocol::{
     packet::Packet,
     percept::Delivery,
-    units::{Meters, Radians},
+    units::{Meters, Radians, wrapped},
 };
 
-use crate::frame::{Pose, wrapped};
+use crate::frame::Pose;
 
 /// `packet` as a robot at `receiver` hears it from one at `sender`.
 pub fn measured(packet: Packet, sender: &Pose, receiver: &Pose) -> Delivery {

@@ -38,13 +38,9 @@ pub struct Packets {
     pub over_bound: u64,
 }
 
-/// One row of `metrics.csv`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The state of a swarm as an observer sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Metrics {
-    /// Tick of virtual time.
-    pub tick: u64,
-    /// The same in seconds.
-    pub time_s: f64,
     /// Mean ‖ê‖ over the robots alive, meters, as they estimate it.
     pub mean_error_m: f64,
     /// Largest ‖ê‖.

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use protocol::units::wrapped;
+
 use crate::{
     frame::{ArenaPoint, Pose},
     random::{Draws, Purpose},
@@ -33,7 +35,7 @@ pub fn start(scenario: &Scenario) -> Result<Vec<Pose>, PlacementError> {
         None => scattered(scenario)?,
     };
     let heading = |robot: usize| match &scenario.robots.headings_rad {
-        Some(headings) => crate::frame::wrapped(headings[robot].get()),
+        Some(headings) => wrapped(headings[robot].get()),
         None => Draws::of(scenario.seed, Purpose::StartHeading, 0, robot as u32, 0).between(-PI, PI),
     };
     let posed = positions.into_iter().enumerate();

@@ -1,10 +1,10 @@
 //! Bodies in motion: first-order dynamics (7), walls, and discs that do not overlap.
 
 use nalgebra::Vector2;
-use protocol::{command::Command, frame::BodyVector};
+use protocol::{command::Command, frame::BodyVector, units::wrapped};
 
 use crate::{
-    frame::{ArenaPoint, Pose, wrapped},
+    frame::{ArenaPoint, Pose},
     grid::Grid,
     scenario::{Drive, Scenario},
 };

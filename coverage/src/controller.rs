@@ -82,6 +82,8 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::{FRAC_PI_2, PI};
+
     use protocol::{
         percept::{Delivery, Light, Stimulus, Wall},
         setup::{Closure, GradientMode, Law},
@@ -174,8 +176,8 @@ mod tests {
     fn walls_alone_make_a_cell() {
         let mut percept = percept(1.0, &[]);
         let wall = |distance, bearing| Wall { distance: meters(distance), bearing: radians(bearing) };
-        percept.walls.extend([wall(0.75, 0.0), wall(0.5, 1.5707963267948966)]);
-        percept.walls.extend([wall(0.25, 3.141592653589793), wall(0.5, -1.5707963267948966)]);
+        percept.walls.extend([wall(0.75, 0.0), wall(0.5, FRAC_PI_2)]);
+        percept.walls.extend([wall(0.25, PI), wall(0.5, -FRAC_PI_2)]);
         let goal = step(setup(), &percept).goal;
         assert!((goal.0.x - 0.25).abs() < 1e-15 && goal.0.y.abs() < 1e-15);
     }

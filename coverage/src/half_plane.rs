@@ -1,9 +1,12 @@
 //! A straight line the robot must stay on its side of: a bisector, a wall or a closing line.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use protocol::{percept::Wall, units::Radians};
+use protocol::{
+    percept::Wall,
+    units::{Radians, wrapped},
+};
 
 /// All points r with r · normal <= distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,17 +51,10 @@ impl HalfPlane {
     }
 }
 
-/// The same angle in (-π, π].
-pub(crate) fn wrapped(angle: f64) -> f64 {
-    if angle > -PI && angle <= PI {
-        return angle;
-    }
-    let turned = angle - TAU * libm::floor(angle / TAU);
-    if turned > PI { turned - TAU } else { turned }
-}
-
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::PI;
+
     use super::*;
 
     #[test]
@@ -66,13 +62,5 @@ mod tests {
         let east = HalfPlane::new(0.0, 2.0);
         let north = HalfPlane::new(PI / 2.0, 3.0);
         assert!((east.crossing(&north) - Vector2::new(2.0, 3.0)).norm() < 1e-15);
-    }
-
-    #[test]
-    fn angles_wrap_into_one_turn() {
-        assert_eq!(wrapped(PI), PI);
-        assert!((wrapped(-PI) - PI).abs() < 1e-15);
-        assert!((wrapped(7.0) - (7.0 - TAU)).abs() < 1e-15);
-        assert!((wrapped(-20.0) - (-20.0 + 3.0 * TAU)).abs() < 1e-14);
     }
 }

@@ -7,8 +7,8 @@ mod clean;
 mod failure;
 mod in_process;
 mod limits;
-mod report_line;
 mod run;
+mod summary_text;
 mod supervisor;
 
 use std::process::ExitCode;

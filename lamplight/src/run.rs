@@ -16,7 +16,7 @@ use clap::{Args, ValueEnum};
 use protocol::{run_dir::RunName, setup::Mode};
 use serde_json::Value;
 
-use crate::{failure::Failure, in_process::InProcess, limits, report_line, supervisor};
+use crate::{failure::Failure, in_process::InProcess, limits, summary_text, supervisor};
 
 /// Who thinks for the robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let summary: Value = serde_json::from_str(&outcome.summary).map_err(Failure::run)?;
     match args.json {
         true => print!("{}", outcome.summary),
-        false => print!("{}", report_line::lines(&summary)),
+        false => print!("{}", summary_text::lines(&summary)),
     }
     if summary["ended"] == serde_json::json!(Ending::Failed) {
         return Err(Failure::Run(anyhow!("{}", summary["failure"].as_str().unwrap_or("the run failed"))));

@@ -11,7 +11,7 @@
 //! is in the name because a killed agent's port stays taken: its successor gets a service of its
 //! own. `max_subscribers(1)` keeps a second agent from driving the same robot.
 
-use core::time::Duration;
+use core::{fmt, time::Duration};
 use std::{
     format,
     string::{String, ToString},
@@ -22,10 +22,10 @@ use iceoryx2::{
     node::{Node, NodeBuilder},
     port::{publisher::Publisher, subscriber::Subscriber},
     prelude::{
-        AllocationStrategy, FileName, LogLevel, Path as IoxPath, SemanticString, ServiceName,
-        SignalHandlingMode, ipc, set_log_level,
+        AllocationStrategy, FileName, IceoryxSend, LogLevel, Path as IoxPath, SemanticString, ServiceName,
+        SignalHandlingMode, ZeroCopySend, ipc, set_log_level,
     },
-    service::port_factory::publish_subscribe::PortFactory,
+    service::{builder::publish_subscribe::Builder, port_factory::publish_subscribe::PortFactory},
 };
 
 use crate::{
@@ -62,7 +62,7 @@ pub enum ServiceError {
     },
 }
 
-fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn core::fmt::Debug) -> ServiceError {
+fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn fmt::Debug) -> ServiceError {
     let doing = doing.into();
     move |reason| ServiceError::Transport { doing, reason: format!("{reason:?}") }
 }
@@ -148,29 +148,10 @@ impl Medium {
             let name = format!("{what}/{}/{}", robot.index, robot.incarnation);
             ServiceName::new(&name).expect("a short path of letters and digits is a service name")
         };
-        let inbox = self
-            .node
-            .service_builder(&name("inbox"))
-            .publish_subscribe::<[RawDelivery]>()
-            .user_header::<RawPercept>()
-            .max_publishers(1)
-            .max_subscribers(1)
-            .max_nodes(NODES_PER_SERVICE)
-            .subscriber_max_buffer_size(BUFFERED)
-            .subscriber_max_borrowed_samples(BUFFERED)
-            .history_size(0)
-            .enable_safe_overflow(true);
-        let uplink = self
-            .node
-            .service_builder(&name("uplink"))
-            .publish_subscribe::<RawCommand>()
-            .max_publishers(1)
-            .max_subscribers(1)
-            .max_nodes(NODES_PER_SERVICE)
-            .subscriber_max_buffer_size(BUFFERED)
-            .subscriber_max_borrowed_samples(BUFFERED)
-            .history_size(0)
-            .enable_safe_overflow(true);
+        let builder = |what: &str| self.node.service_builder(&name(what));
+        let inbox =
+            one_to_one(builder("inbox").publish_subscribe::<[RawDelivery]>().user_header::<RawPercept>());
+        let uplink = one_to_one(builder("uplink").publish_subscribe::<RawCommand>());
         if create {
             let doing = || failed(format!("create the services of {robot}"));
             Ok(Services {
@@ -230,6 +211,22 @@ impl AgentPorts {
             _ => Ok(()),
         }
     }
+}
+
+/// One writer, one reader, and few messages between them.
+fn one_to_one<P, H>(builder: Builder<P, H, ipc::Service>) -> Builder<P, H, ipc::Service>
+where
+    P: fmt::Debug + IceoryxSend + ?Sized,
+    H: fmt::Debug + ZeroCopySend,
+{
+    builder
+        .max_publishers(1)
+        .max_subscribers(1)
+        .max_nodes(NODES_PER_SERVICE)
+        .subscriber_max_buffer_size(BUFFERED)
+        .subscriber_max_borrowed_samples(BUFFERED)
+        .history_size(0)
+        .enable_safe_overflow(true)
 }
 
 fn config(run: &RunDir) -> Result<Config, ServiceError> {

@@ -2,6 +2,8 @@
 //!
 //! Use them in signatures; inside the arithmetic use plain `f64` with the unit last (`range_m`).
 
+use core::f64::consts::{PI, TAU};
+
 use serde::{Deserialize, Serialize};
 
 /// Why a number is not a quantity.
@@ -70,6 +72,15 @@ quantity!(
     "meters per second"
 );
 
+/// The same angle in (-π, π].
+pub fn wrapped(angle: f64) -> f64 {
+    if angle > -PI && angle <= PI {
+        return angle;
+    }
+    let turned = angle - TAU * libm::floor(angle / TAU);
+    if turned > PI { turned - TAU } else { turned }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,5 +90,13 @@ mod tests {
         assert_eq!(Meters::new(f64::NAN), None);
         assert_eq!(Radians::new(f64::INFINITY), None);
         assert_eq!(Meters::new(-0.5).map(Meters::get), Some(-0.5));
+    }
+
+    #[test]
+    fn angles_wrap_into_one_turn() {
+        assert_eq!(wrapped(PI), PI);
+        assert!((wrapped(-PI) - PI).abs() < 1e-15);
+        assert!((wrapped(7.0) - (7.0 - TAU)).abs() < 1e-15);
+        assert!((wrapped(-20.0) - (-20.0 + 3.0 * TAU)).abs() < 1e-14);
     }
 }

@@ -45,7 +45,7 @@ fn a_swarm_goes_on_without_five_killed_agents_and_a_stopped_one() {
     assert_eq!(left.summary["ended"], "finished");
     assert_eq!(left.summary["robots_alive"], 44);
     let robots = left.robots();
-    assert!(robots.iter().all(|robot| robot.alive == !(robot.robot < 5 || robot.robot == 17)));
+    assert!(robots.iter().all(|robot| robot.alive != (robot.robot < 5 || robot.robot == 17)));
     let incidents = incidents(&left);
     assert_eq!(incidents.len(), 6, "{incidents:?}");
     let pid = agents[&17].as_raw_pid();
