@@ -95,7 +95,7 @@ enum Interruption {
 impl Run<'_> {
     fn follow(&mut self, plan: Plan) -> Result<Ending, Interruption> {
         let ticks = self.scenario.ticks();
-        let pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
+        let mut pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
         let mut progress = Progress::begin(ticks, plan.quiet);
         for tick in 0..=ticks {
             if self.stop.is_raised() {
@@ -112,7 +112,7 @@ impl Run<'_> {
                 return Ok(ending);
             }
             progress.show(&status);
-            pace.wait_until(status.time_s + self.scenario.step_s.get(), || self.stop.is_raised());
+            pace.wait(self.scenario.step_s.get(), || self.stop.is_raised());
         }
         unreachable!("the last tick ends the run")
     }
@@ -139,7 +139,8 @@ impl Run<'_> {
     /// Notes convergence; says how the run ends if it ends with this tick.
     fn ending(&mut self, status: &Status) -> Option<Ending> {
         let convergence = &self.scenario.convergence;
-        if status.alive > 0 && status.mean_error_m < convergence.tolerance_m.get() {
+        let close = status.alive > 0 && status.mean_error_m < convergence.tolerance_m.get();
+        if close && self.squad.has_estimates() {
             self.converged_at_s.get_or_insert(status.time_s);
         }
         match self.converged_at_s {

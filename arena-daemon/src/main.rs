@@ -80,8 +80,13 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
         true => Link::to_supervisor(stop.clone()),
         false => Link::none(),
     };
+    let (run, owner) = match cli.supervised {
+        // The supervisor has made the run and will remove it.
+        true => (RunDir::of(cli.name.clone()), None),
+        false => RunDir::create(cli.name.clone()).map(|(run, owner)| (run, Some(owner)))?,
+    };
+    let alive = run.go_live()?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), &scenario)?;
-    let (run, lock) = RunDir::create(cli.name.clone())?;
     let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
     let hosting = Hosting { run: run.clone(), link, by_hand };
     let mode = cli.run.mode();
@@ -93,8 +98,10 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
         let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
         engine::run(&scenario, arena, squad.as_mut(), plan, outputs, &stop)
     })();
-    // Agents that are still leaving keep what they have mapped; the names are no longer needed.
-    run.remove().context("cannot clean up after the run")?;
-    drop(lock);
+    drop(alive);
+    drop(owner);
+    // Does nothing while the supervisor owns the run. Agents that are still leaving keep what they
+    // have mapped; the names are no longer needed.
+    run.remove_if_dead().context("cannot clean up after the run")?;
     summary
 }

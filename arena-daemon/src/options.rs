@@ -1,6 +1,9 @@
 //! What the command line says about a run, shared by `lamplight run` and `arena-daemon`.
 
-use std::{ffi::OsString, path::PathBuf};
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
 use clap::{Args, ValueEnum};
@@ -32,14 +35,14 @@ pub struct RunOptions {
     pub robots: Option<i64>,
 
     /// Seed of every random draw, in place of the scenario's
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seed: Option<u64>,
 
     /// Virtual time to run, in place of the scenario's
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
 
-    /// Run no faster than this multiple of real time [default: as fast as it can; realtime: 1]
+    /// In lock-step, run no faster than this multiple of real time [default: as fast as it can]
     #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
     pub speed: Option<f64>,
 
@@ -65,12 +68,20 @@ pub enum LoadError {
     /// The scenario is wrong.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+    /// Robots on their own timers cannot be hurried.
+    #[error(
+        "--speed {0}: in --mode realtime virtual time is real time; leave --speed out, or run in lock-step"
+    )]
+    SpeedInRealtime(f64),
 }
 
 impl RunOptions {
     /// Reads the scenario, with what the command line sets. The options with names of their own
     /// win over `--set`.
     pub fn load(&self) -> Result<Scenario, LoadError> {
+        if let (ModeName::Realtime, Some(speed)) = (self.mode, self.speed) {
+            return Err(LoadError::SpeedInRealtime(speed));
+        }
         Ok(Scenario::load(&self.scenario, &self.overrides()?)?)
     }
 
@@ -82,30 +93,23 @@ impl RunOptions {
         }
     }
 
-    /// The same options as arguments of another program.
-    pub fn arguments(&self) -> Vec<OsString> {
-        let mut arguments: Vec<OsString> = vec!["--mode".into()];
-        arguments.push(self.mode.to_possible_value().expect("no mode is hidden").get_name().into());
-        let mut pass = |name: &str, value: Option<OsString>| {
-            if let Some(value) = value {
-                // One argument, so that a value may begin with a dash.
-                let mut argument = OsString::from(format!("--{name}="));
-                argument.push(value);
-                arguments.push(argument);
-            }
-        };
-        pass("robots", self.robots.map(|robots| robots.to_string().into()));
-        pass("seed", self.seed.map(|seed| seed.to_string().into()));
-        pass("duration", self.duration.map(|duration| duration.to_string().into()));
-        pass("speed", self.speed.map(|speed| speed.to_string().into()));
-        for set in &self.sets {
-            pass("set", Some(set.into()));
+    /// Arguments by which another program does the same to `scenario`, which is resolved already.
+    pub fn arguments(&self, scenario: &Path) -> Vec<OsString> {
+        let mode = self.mode.to_possible_value().expect("no mode is hidden");
+        let mut arguments: Vec<OsString> = vec!["--mode".into(), mode.get_name().into()];
+        if let Some(speed) = self.speed {
+            arguments.extend(["--speed".into(), speed.to_string().into()]);
         }
-        pass("out", self.out.clone().map(OsString::from));
+        if let Some(out) = &self.out {
+            // One argument, so that a name may begin with a dash.
+            let mut argument = OsString::from("--out=");
+            argument.push(out);
+            arguments.push(argument);
+        }
         if self.quiet {
             arguments.push("--quiet".into());
         }
-        arguments.extend(["--".into(), self.scenario.clone().into()]);
+        arguments.push(scenario.into());
         arguments
     }
 
@@ -113,7 +117,8 @@ impl RunOptions {
         let named = [
             ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string())),
+            // TOML spells `nan` and `inf` in small letters.
+            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
         ];
         let sets = self.sets.iter().map(|set| set.parse());
         let named = named.into_iter().filter_map(|(option, key, value)| {

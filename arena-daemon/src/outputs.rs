@@ -5,7 +5,7 @@
 
 use std::{
     fs::{self, File},
-    io,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -45,6 +45,9 @@ pub fn prepare(folder: &Path) -> anyhow::Result<()> {
     if let Some(mark) = MARKS.iter().find(|mark| folder.join(mark).exists()) {
         bail!("{name} already holds a run ({mark}); give --out another folder, or remove this one");
     }
+    if folder.exists() && !folder.is_dir() {
+        bail!("{name} is a file; give --out the name of a folder");
+    }
     fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {name}; give --out another one"))
 }
@@ -55,7 +58,8 @@ impl Outputs {
         let Some(folder) = folder else { return Ok(Self { folder: None }) };
         prepare(folder)?;
         let write = || -> io::Result<File> {
-            fs::write(folder.join("scenario.toml"), scenario.to_toml())?;
+            // Of two runs that begin at once, one finds the mark of the other here.
+            File::create_new(folder.join("scenario.toml"))?.write_all(scenario.to_toml().as_bytes())?;
             File::create(folder.join("metrics.csv"))
         };
         let metrics = write().with_context(|| format!("cannot write to {}", folder.display()))?;

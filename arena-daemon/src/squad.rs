@@ -23,6 +23,11 @@ pub trait Squad {
     /// Gives each robot its percept and puts what they answer into `answers`.
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
 
+    /// Whether every robot that takes part has answered a percept: before that, errors mean nothing.
+    fn has_estimates(&self) -> bool {
+        true
+    }
+
     /// Ends every mind.
     fn dismiss(&mut self);
 

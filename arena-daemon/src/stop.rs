@@ -7,6 +7,7 @@ use std::{
         atomic::{AtomicI32, Ordering},
     },
     thread,
+    time::{Duration, Instant},
 };
 
 use signal_hook::{
@@ -16,6 +17,9 @@ use signal_hook::{
 
 /// Signals that end a run cleanly.
 pub const STOP_SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
+
+/// Signals this close together are one wish: `timeout` and some shells send two.
+pub const ONE_WISH: Duration = Duration::from_secs(1);
 
 /// Exit status of a process that `signal` has ended, as shells report it.
 pub fn exit_status(signal: i32) -> u8 {
@@ -42,16 +46,19 @@ impl StopFlag {
         Some(self.0.load(Ordering::Relaxed)).filter(|&signal| signal != 0)
     }
 
-    /// Raises the flag at the first of [`STOP_SIGNALS`]; the second ends the process at once.
+    /// Raises the flag at the first of [`STOP_SIGNALS`]; a second one, not at the heels of the
+    /// first, ends the process at once.
     pub fn on_signals(&self) -> io::Result<()> {
         let mut signals = Signals::new(STOP_SIGNALS)?;
         let flag = self.clone();
         thread::spawn(move || {
+            let mut raised = None;
             for signal in signals.forever() {
-                if flag.is_raised() {
+                let raised = raised.get_or_insert_with(Instant::now);
+                flag.raise(signal);
+                if raised.elapsed() > ONE_WISH {
                     std::process::exit(exit_status(signal).into());
                 }
-                flag.raise(signal);
             }
         });
         Ok(())

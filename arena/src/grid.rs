@@ -18,8 +18,9 @@ impl Grid {
     /// Sorts `points` of the rectangle from the origin to `size_m`. `radius_m` is the largest
     /// radius that will be asked for.
     pub(crate) fn new(points: &[ArenaPoint], size_m: [f64; 2], radius_m: f64) -> Self {
-        // Never more than about one cell per point, whatever the radius.
-        let roomy = (size_m[0] * size_m[1] / points.len().max(1) as f64).sqrt();
+        // At most some three cells per point, whatever the radius and the shape of the rectangle.
+        let (points_count, [width, height]) = (points.len().max(1) as f64, size_m);
+        let roomy = (width * height / points_count).sqrt().max(width.max(height) / points_count);
         let cell_m = radius_m.max(roomy);
         let count = |length: f64| (length / cell_m).floor() as usize + 1;
         let (columns, rows) = (count(size_m[0]), count(size_m[1]));

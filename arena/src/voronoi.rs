@@ -11,6 +11,7 @@ use coverage::{
     polygon::Polygon,
 };
 use protocol::{
+    percept::DELIVERIES_MAX,
     setup::Closure,
     units::{Meters, Radians},
 };
@@ -78,21 +79,23 @@ pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Vec<Vec<usize>> {
 }
 
 /// The cell of a robot at `robot` among `others`, cut to the arena, relative to the robot in the
-/// arena's axes.
+/// arena's axes. Of more others than a robot could hear ([`DELIVERIES_MAX`]) the nearest count.
 pub fn cell_in_arena(
     robot: ArenaPoint,
     others: impl Iterator<Item = ArenaPoint>,
     size_m: [f64; 2],
 ) -> Polygon {
-    let bisectors = others.filter_map(|other| {
-        let away = other - robot;
-        let range_m = libm::hypot(away.x, away.y);
-        let bearing = Radians::new(libm::atan2(away.y, away.x)).expect("positions are finite");
-        // An observer tells apart even robots too close for each other's infrared.
-        (range_m > 0.0).then(|| HalfPlane::bisector(range_m, bearing))
-    });
+    // An observer tells apart even robots too close for each other's infrared.
+    let mut others: Vec<_> = others.map(|other| other - robot).filter(|away| away.norm() > 0.0).collect();
+    if others.len() > DELIVERIES_MAX {
+        others.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        others.truncate(DELIVERIES_MAX);
+    }
     let mut lines = HalfPlanes::new();
-    lines.extend(bisectors);
+    lines.extend(others.iter().map(|away| {
+        let bearing = Radians::new(libm::atan2(away.y, away.x)).expect("positions are finite");
+        HalfPlane::bisector(libm::hypot(away.x, away.y), bearing)
+    }));
     lines.extend(walls_around(robot, size_m));
     local_cell(&mut lines, &UNUSED_CLOSURE).expect("four walls bound every cell")
 }
@@ -146,6 +149,18 @@ mod tests {
         let spot = ArenaPoint::new(0.25, 0.5);
         let shared = areas(&[spot, spot, ArenaPoint::new(0.75, 0.5)]);
         assert!(shared.iter().all(|area| (area - 0.5).abs() < 1e-15));
+    }
+
+    #[test]
+    fn a_robot_amid_more_neighbors_than_it_could_hear_still_gets_a_cell() {
+        let ring = (0..400).map(|i| {
+            let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / 400.0);
+            ArenaPoint::new(0.5 + 0.4 * cos, 0.5 + 0.4 * sin)
+        });
+        let points: Vec<_> = std::iter::once(ArenaPoint::new(0.5, 0.5)).chain(ring).collect();
+        // The circle of half the ring's radius, or a little more of it.
+        let area = areas(&points)[0] / (std::f64::consts::PI * 0.04);
+        assert!((1.0..1.2).contains(&area), "{area}");
     }
 
     proptest! {

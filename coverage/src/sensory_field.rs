@@ -42,12 +42,15 @@ fn component_value(component: &FieldComponent, at: Vector2<f64>) -> f64 {
 }
 
 fn component_gradient(component: &FieldComponent, at: Vector2<f64>) -> Vector2<f64> {
-    let value = component_value(component, at);
     match component {
         FieldComponent::Constant(_) => Vector2::zeros(),
-        FieldComponent::Gaussian { center, sigma_m, .. } => (center.0 - at) * (value / (sigma_m * sigma_m)),
+        FieldComponent::Gaussian { center, sigma_m, .. } => {
+            (center.0 - at) * (component_value(component, at) / (sigma_m * sigma_m))
+        }
         FieldComponent::Lamp { position, peak, half_distance_m } => {
-            (position.0 - at) * (2.0 * value * value / (peak * half_distance_m * half_distance_m))
+            let (away, h_squared) = (position.0 - at, half_distance_m * half_distance_m);
+            let falloff = 1.0 + away.norm_squared() / h_squared;
+            away * (2.0 * peak / (h_squared * falloff * falloff))
         }
     }
 }

@@ -5,7 +5,7 @@ use std::{path::PathBuf, process::ExitCode};
 use arena::{Arena, scenario::Scenario};
 use clap::Args;
 
-use crate::failure::Failure;
+use crate::{failure::Failure, say::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
@@ -16,12 +16,12 @@ pub(crate) struct CheckArgs {
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
     Arena::new(&scenario).map_err(Failure::usage)?;
-    println!(
-        "{}: sound: {} robots, {} ticks of {} s",
+    say(&format!(
+        "{}: sound: {} robots, {} ticks of {} s\n",
         args.scenario.display(),
         scenario.robot_count(),
         scenario.ticks(),
         scenario.step_s.get()
-    );
+    ))?;
     Ok(ExitCode::SUCCESS)
 }

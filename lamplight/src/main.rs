@@ -8,6 +8,7 @@ mod failure;
 mod in_process;
 mod limits;
 mod run;
+mod say;
 mod summary_text;
 mod supervisor;
 
@@ -42,10 +43,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
-        Command::Schema => {
-            print!("{}", arena::scenario::schema_json());
-            Ok(ExitCode::SUCCESS)
-        }
+        Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),
     };
     outcome.unwrap_or_else(|failure: Failure| {
         eprintln!("error: {failure}");

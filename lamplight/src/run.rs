@@ -1,6 +1,6 @@
 //! `lamplight run`: one scenario, one engine.
 
-use std::{process, process::ExitCode};
+use std::{fs, process, process::ExitCode};
 
 use anyhow::{Context, anyhow};
 use arena::{Arena, scenario::Scenario};
@@ -13,10 +13,14 @@ use arena_daemon::{
     summary::Ending,
 };
 use clap::{Args, ValueEnum};
-use protocol::{run_dir::RunName, setup::Mode};
-use serde_json::Value;
+use protocol::{
+    run_dir::{RunDir, RunName},
+    setup::Mode,
+};
+use serde_json::{Value, json};
+use signal_hook::consts::SIGTERM;
 
-use crate::{failure::Failure, in_process::InProcess, limits, summary_text, supervisor};
+use crate::{failure::Failure, in_process::InProcess, limits, say::say, summary_text, supervisor};
 
 /// Who thinks for the robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -52,8 +56,8 @@ pub(crate) struct RunArgs {
 
 /// What a run came to.
 pub(crate) struct Outcome {
-    /// Its `summary.json`.
-    pub(crate) summary: String,
+    /// Its `summary.json`; `None` if a second signal ended it at once.
+    pub(crate) summary: Option<String>,
     /// The signal that cut it short, if one did.
     pub(crate) signal: Option<i32>,
 }
@@ -62,22 +66,26 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     progress::init_log(args.options.quiet);
     if let (Engine::Processes, Some(Ok(robots))) = (args.engine, args.options.robots.map(u32::try_from)) {
         // The first limit a larger swarm meets, and the one a user can do something about.
-        limits::prepare(robots).map_err(Failure::Usage)?;
+        if args.options.scenario.is_file() {
+            limits::prepare(robots).map_err(Failure::Usage)?;
+        }
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
     let outcome = match args.engine {
         Engine::InProcess => in_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario)?,
     };
-    let summary: Value = serde_json::from_str(&outcome.summary).map_err(Failure::run)?;
-    match args.json {
-        true => print!("{}", outcome.summary),
-        false => print!("{}", summary_text::lines(&summary)),
-    }
-    if summary["ended"] == serde_json::json!(Ending::Failed) {
+    let Some(text) = outcome.summary else {
+        eprintln!("error: ended at once; there is no summary");
+        return Ok(interrupted(outcome.signal));
+    };
+    let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;
+    say(&if args.json { text } else { summary_text::lines(&summary) })?;
+    let ended = &summary["ended"];
+    if *ended == json!(Ending::Failed) {
         return Err(Failure::Run(anyhow!("{}", summary["failure"].as_str().unwrap_or("the run failed"))));
     }
-    Ok(outcome.signal.map_or(ExitCode::SUCCESS, |signal| ExitCode::from(exit_status(signal))))
+    Ok(if *ended == json!(Ending::Interrupted) { interrupted(outcome.signal) } else { ExitCode::SUCCESS })
 }
 
 fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
@@ -100,7 +108,7 @@ fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let plan = Plan { engine: "in-process", mode, speed: options.speed, quiet: options.quiet };
     let summary = engine::run(scenario, arena, &mut squad, plan, outputs, &stop).map_err(Failure::Run)?;
-    Ok(Outcome { summary: summary.json(), signal: stop.signal() })
+    Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 
 fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
@@ -112,12 +120,28 @@ fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     limits::prepare(robots).map_err(Failure::Usage)?;
     // A start that cannot be placed should fail here, before processes are started.
     Arena::new(scenario).map_err(Failure::usage)?;
-    prepare_out(&args.options)?;
     let name = match &args.name {
         Some(name) => name.clone(),
         None => default_name(scenario),
     };
-    supervisor::run(&args.options, &name, robots, &args.by_hand).map_err(Failure::Run)
+    let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
+    let outcome = supervised(args, scenario, &run);
+    let removed = run.remove_own(owner).map_err(Failure::run);
+    outcome.and_then(|outcome| removed.map(|()| outcome))
+}
+
+/// Runs the processes of a run that is ours.
+fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir) -> Result<Outcome, Failure> {
+    prepare_out(&args.options)?;
+    fs::write(run.scenario_path(), scenario.to_toml())
+        .with_context(|| format!("cannot write {}", run.scenario_path().display()))
+        .map_err(Failure::Run)?;
+    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand).map_err(Failure::Run)
+}
+
+/// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.
+fn interrupted(signal: Option<i32>) -> ExitCode {
+    ExitCode::from(exit_status(signal.unwrap_or(SIGTERM)))
 }
 
 /// Finds out that results cannot be written before a robot has moved.

@@ -6,8 +6,7 @@
 //! reaches them only through here.
 
 use std::{
-    collections::HashMap,
-    ffi::OsString,
+    collections::{HashMap, VecDeque},
     io::{BufRead, BufReader, Write},
     os::unix::process::CommandExt,
     path::PathBuf,
@@ -18,11 +17,15 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena_daemon::{options::RunOptions, stop::STOP_SIGNALS};
+use arena_daemon::{
+    options::RunOptions,
+    process::{Process, State},
+    stop::{ONE_WISH, STOP_SIGNALS},
+};
 use protocol::{
     control::{Event, Order},
     robot_id::RobotId,
-    run_dir::{RunDir, RunName},
+    run_dir::RunDir,
 };
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, kill_process, wait};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
@@ -32,6 +35,9 @@ use crate::run::Outcome;
 /// How long agents get to leave once the run is over; then they are killed.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(3);
 
+/// How long the arena gets to end the run it was told to end, and write its results.
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
+
 /// What the supervisor wakes up to.
 enum Happening {
     Signal(i32),
@@ -40,67 +46,79 @@ enum Happening {
     ArenaSilent,
 }
 
-/// Runs the processes of one run to their end.
+/// Runs the processes of `run`, which is the caller's, to their end.
 pub(crate) fn run(
     options: &RunOptions,
-    name: &RunName,
+    run: &RunDir,
     robots: u32,
     by_hand: &[u32],
 ) -> anyhow::Result<Outcome> {
     let (sender, happenings) = mpsc::channel();
     forward_signals(sender.clone())?;
-    let mut supervisor = Supervisor::start(options, name, robots, by_hand, sender)?;
+    let mut supervisor = Supervisor::start(options, run, robots, by_hand, sender)?;
     let outcome = supervisor.watch(&happenings);
     supervisor.clear_away(&happenings);
     outcome
 }
 
-struct Supervisor {
-    run: RunDir,
+struct Supervisor<'a> {
+    run: &'a RunDir,
     agent_program: PathBuf,
-    robots: Vec<u32>,
+    /// Agents to be started as soon as nothing else is to be done.
+    to_start: VecDeque<RobotId>,
+    /// Robots that are ours to start at the beginning.
+    robots: Vec<RobotId>,
     arena: Pid,
-    orders: ChildStdin,
+    orders: Sender<Order>,
     /// How the arena ended, once it has.
     arena_ended: Option<String>,
     agents: HashMap<Pid, RobotId>,
-    signal: Option<i32>,
+    stopping: Option<Stopping>,
     summary: Option<String>,
 }
 
-impl Supervisor {
+/// The run has been told to end.
+#[derive(Clone, Copy)]
+struct Stopping {
+    signal: i32,
+    since: Instant,
+    /// Not to be waited for any longer.
+    at_once: bool,
+}
+
+impl<'a> Supervisor<'a> {
     fn start(
         options: &RunOptions,
-        name: &RunName,
+        run: &'a RunDir,
         robots: u32,
         by_hand: &[u32],
         sender: Sender<Happening>,
     ) -> anyhow::Result<Self> {
         let agent_program = beside_us("robot-agent")?;
         let mut command = Command::new(beside_us("arena-daemon")?);
-        command.args(["--supervised".into(), OsString::from(format!("--name={name}"))]);
+        command.args(["--supervised".into(), format!("--name={}", run.name())]);
         if !by_hand.is_empty() {
             let list: Vec<String> = by_hand.iter().map(u32::to_string).collect();
             command.arg(format!("--by-hand={}", list.join(",")));
         }
-        command.args(options.arguments());
+        command.args(options.arguments(&run.scenario_path()));
         let mut arena = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .process_group(0)
             .spawn()
             .context("cannot start arena-daemon")?;
-        let orders = arena.stdin.take().expect("standard input is piped");
         forward_events(arena.stdout.take().expect("standard output is piped"), sender);
         Ok(Self {
-            run: RunDir::of(name.clone()),
+            run,
             agent_program,
-            robots: (0..robots).filter(|robot| !by_hand.contains(robot)).collect(),
+            to_start: VecDeque::new(),
+            robots: (0..robots).filter(|robot| !by_hand.contains(robot)).map(RobotId::first).collect(),
             arena: Pid::from_child(&arena),
-            orders,
+            orders: writer_of_orders(arena.stdin.take().expect("standard input is piped")),
             arena_ended: None,
             agents: HashMap::new(),
-            signal: None,
+            stopping: None,
             summary: None,
         })
     }
@@ -109,28 +127,49 @@ impl Supervisor {
     fn watch(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {
-            match happenings.recv().context("the threads that watch the run have ended")? {
+            let happening = match (self.to_start.pop_front(), self.stopping) {
+                // Signals are heard between any two agents that start.
+                (Some(id), _) => match happenings.try_recv() {
+                    Ok(happening) => {
+                        self.to_start.push_front(id);
+                        happening
+                    }
+                    Err(_) => {
+                        self.spawn(id)?;
+                        continue;
+                    }
+                },
+                (None, Some(stopping)) => {
+                    match happenings.recv_timeout(STOP_TIMEOUT.saturating_sub(stopping.since.elapsed())) {
+                        Ok(happening) => happening,
+                        Err(_) => {
+                            self.lose_patience();
+                            continue;
+                        }
+                    }
+                }
+                (None, None) => happenings.recv().context("the threads that watch the run have ended")?,
+            };
+            match happening {
                 Happening::Signal(SIGCHLD) => self.reap(),
                 Happening::Signal(signal) => self.stop(signal),
                 Happening::Arena(event) => self.obey(event)?,
                 Happening::ArenaSilent => silent = true,
             }
         }
+        let signal = self.stopping.map(|stopping| stopping.signal);
         match (self.summary.take(), &self.arena_ended) {
-            (Some(summary), _) => Ok(Outcome { summary, signal: self.signal }),
-            (None, Some(how)) => bail!("the arena ended without a result ({how})"),
-            (None, None) => unreachable!("the loop ends after the arena"),
+            (None, Some(how)) if !self.stopping.is_some_and(|stopping| stopping.at_once) => {
+                bail!("the arena ended without a result ({how})")
+            }
+            (summary, _) => Ok(Outcome { summary, signal }),
         }
     }
 
     fn obey(&mut self, event: Event) -> anyhow::Result<()> {
         match event {
-            Event::Ready => {
-                for index in std::mem::take(&mut self.robots) {
-                    self.spawn(RobotId::first(index))?;
-                }
-            }
-            Event::Start(id) => self.spawn(id)?,
+            Event::Ready => self.to_start.extend(self.robots.drain(..)),
+            Event::Start(id) => self.to_start.push_back(id),
             Event::End(id) => {
                 let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
                 theirs.for_each(|(pid, _)| kill(*pid));
@@ -155,12 +194,42 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The first signal asks the arena to end the run; the second ends everything at once.
+    /// The first signal asks the arena to end the run; a second one, not at the heels of the first,
+    /// ends everything at once.
     fn stop(&mut self, signal: i32) {
-        if self.signal.replace(signal).is_none() {
-            tracing::info!("ending the run; once more to end it at once");
-            self.order(&Order::Stop);
-        } else if self.arena_ended.is_none() {
+        match &mut self.stopping {
+            None => {
+                tracing::info!("ending the run; once more to end it at once");
+                self.stopping = Some(Stopping { signal, since: Instant::now(), at_once: false });
+                self.to_start.clear();
+                self.robots.clear();
+                self.order(Order::Stop);
+            }
+            Some(stopping) if stopping.since.elapsed() < ONE_WISH => {}
+            Some(stopping) => {
+                stopping.at_once = true;
+                self.kill_arena();
+            }
+        }
+    }
+
+    /// The arena was told to end the run and has not.
+    fn lose_patience(&mut self) {
+        if let Some(stopping) = &mut self.stopping {
+            stopping.since = Instant::now();
+            stopping.at_once = true;
+            let pid = self.arena.as_raw_pid();
+            let state =
+                u32::try_from(pid).ok().and_then(Process::find).map_or(State::Dead, |arena| arena.state());
+            tracing::warn!(
+                "the arena (pid {pid}) has not ended for {STOP_TIMEOUT:?}; state: {state}; it is killed"
+            );
+            self.kill_arena();
+        }
+    }
+
+    fn kill_arena(&self) {
+        if self.arena_ended.is_none() {
             kill(self.arena);
         }
     }
@@ -172,22 +241,19 @@ impl Supervisor {
             if pid == self.arena {
                 self.arena_ended = Some(how);
             } else if let Some(id) = self.agents.remove(&pid) {
-                self.order(&Order::Lost { id, how });
+                self.order(Order::Lost { id, how });
             }
         }
     }
 
     /// Tells the arena; one that is gone needs no orders.
-    fn order(&mut self, order: &Order) {
-        let line = serde_json::to_string(order).expect("orders are plain data");
-        let _ = writeln!(self.orders, "{line}");
+    fn order(&self, order: Order) {
+        let _ = self.orders.send(order);
     }
 
-    /// Waits for every child to end, kills those that stay, and removes the run's files.
+    /// Waits for every child to end, and kills those that stay.
     fn clear_away(&mut self, happenings: &Receiver<Happening>) {
-        if self.arena_ended.is_none() {
-            kill(self.arena);
-        }
+        self.kill_arena();
         let deadline = Instant::now() + LEAVE_TIMEOUT;
         let mut killed = false;
         self.reap();
@@ -207,9 +273,6 @@ impl Supervisor {
                 }
                 Ok(_) => {}
             }
-        }
-        if let Err(error) = self.run.remove() {
-            tracing::warn!("cannot clean up after the run: {error}; `lamplight clean` may");
         }
     }
 }
@@ -244,6 +307,18 @@ fn forward_events(output: ChildStdout, sender: Sender<Happening>) {
         }
         let _ = sender.send(Happening::ArenaSilent);
     });
+}
+
+/// Writes orders to the arena. A thread of its own, because a stopped arena does not read.
+fn writer_of_orders(mut input: ChildStdin) -> Sender<Order> {
+    let (sender, orders) = mpsc::channel::<Order>();
+    thread::spawn(move || {
+        orders.iter().try_for_each(|order| {
+            let line = serde_json::to_string(&order).expect("orders are plain data");
+            writeln!(input, "{line}")
+        })
+    });
+    sender
 }
 
 /// Kills a child that has not been reaped, so its number is still its own.

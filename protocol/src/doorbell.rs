@@ -2,8 +2,9 @@
 //!
 //! The arena sets the countdown to the number of live agents, raises the tick and wakes all of
 //! them by one broadcast futex; the last agent to answer wakes the arena. Every wait has a
-//! timeout, so a dead partner costs time but never blocks. The page is only a hint to look: what
-//! counts are the messages, so an agent that rings falsely gains nothing.
+//! timeout, so a dead partner costs time but never blocks. Ringing is only a hint to look: what
+//! counts are the messages, so an agent that rings falsely gains nothing. (An agent that writes
+//! `closed` sends the others home. It could as well kill them: they run as the same user.)
 
 #![allow(unsafe_code)] // One `unsafe impl`; the mapping itself is in `mapping`.
 

@@ -23,6 +23,10 @@ use crate::{
 /// The tick number of a command that was given before the first percept.
 pub const BOOT_TICK: Tick = Tick::MAX;
 
+/// Largest component of a goal (m) or velocity (m/s) that is carried out. An honest robot stays far
+/// below: a cell that a gap just under π leaves open reaches some 1e9 m.
+const REASON: f64 = 1e12;
+
 /// One infrared frame: the first `len` bytes count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
@@ -155,9 +159,9 @@ pub enum CommandError {
         /// The incarnation in the message.
         incarnation: u32,
     },
-    /// NaN or infinite where a vector is expected.
-    #[error("its {what} is ({x}, {y})")]
-    NotFinite {
+    /// NaN, or beyond all reason.
+    #[error("its {what} is ({x}, {y}), not within ±{REASON:e}")]
+    Vector {
         /// `goal` or `velocity`.
         what: &'static str,
         /// x as received.
@@ -230,8 +234,8 @@ impl RawCommand {
             return Err(CommandError::Tick { expected: tick, actual: self.tick });
         }
         let vector = |what, x: f64, y: f64| {
-            let vector = BodyVector::new(x, y);
-            vector.is_finite().then_some(vector).ok_or(CommandError::NotFinite { what, x, y })
+            let reasonable = x.abs() <= REASON && y.abs() <= REASON;
+            reasonable.then_some(BodyVector::new(x, y)).ok_or(CommandError::Vector { what, x, y })
         };
         let goal = vector("goal", self.goal_x_m, self.goal_y_m)?;
         let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
@@ -294,26 +298,24 @@ impl RawPercept {
         raw
     }
 
-    /// Checks this header and its deliveries and writes them to `percept`. Deliveries that do not
-    /// decode are left out; returns how many.
+    /// Checks this header and its deliveries and writes them to `percept`, which stays as it was
+    /// if the header is refused. Deliveries that do not decode are left out; returns how many.
     pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
         let in_range = |what, value: u32, max: usize| match value as usize <= max {
             true => Ok(value as usize),
             false => Err(PerceptError::OutOfRange { what, value, max: max as u32 }),
         };
+        let walls = &self.walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
+        let field = &self.field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
+        let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
+        let walls = walls.iter().map(RawWall::check).collect::<Result<_, _>>()?;
+        let field = field.iter().map(RawComponent::check).collect::<Result<_, _>>()?;
+        // Nothing is written before everything is known to be good.
         percept.tick = self.tick;
         percept.bump = self.bump != 0;
-        percept.light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
-        percept.walls.clear();
-        for wall in &self.walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?] {
-            percept
-                .walls
-                .push(Wall { distance: wall.distance_m.try_into()?, bearing: wall.bearing_rad.try_into()? });
-        }
-        percept.field.clear();
-        for component in &self.field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?] {
-            percept.field.push(component.check()?);
-        }
+        percept.light = light;
+        percept.walls = walls;
+        percept.field = field;
         percept.deliveries.clear();
         percept.deliveries.extend(deliveries.iter().filter_map(RawDelivery::check).take(DELIVERIES_MAX));
         Ok((deliveries.len() - percept.deliveries.len()) as u32)
@@ -329,6 +331,12 @@ impl RawPercept {
             2 => Ok(Stimulus::Bearing(self.stimulus_a.try_into()?)),
             value => Err(PerceptError::OutOfRange { what: "stimulus kind", value, max: 2 }),
         }
+    }
+}
+
+impl RawWall {
+    fn check(&self) -> Result<Wall, PerceptError> {
+        Ok(Wall { distance: self.distance_m.try_into()?, bearing: self.bearing_rad.try_into()? })
     }
 }
 
@@ -412,7 +420,7 @@ mod tests {
     fn a_nan_velocity_is_refused() {
         assert_eq!(
             refusal(RawCommand { velocity_x_m_per_s: f64::NAN, ..raw() }),
-            "its velocity is (NaN, -0.02)"
+            "its velocity is (NaN, -0.02), not within ±1e12"
         );
     }
 

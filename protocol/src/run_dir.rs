@@ -1,7 +1,9 @@
 //! Where a run keeps what its processes share: `/dev/shm/lamplight-NAME/`.
 //!
 //! ```text
-//! lock        held by the arena while it lives (flock): tells a live run from a dead one's rest
+//! owner       locked (flock) by who made the run and will remove it: the supervisor, or an arena alone
+//! arena       locked by the arena while it lives: what agents ask
+//! scenario.toml   the scenario as resolved
 //! setup.bin   what every agent is told at its start (`codec`)
 //! doorbell    the page of `doorbell`
 //! iox2/       iceoryx2's service and node files
@@ -9,13 +11,16 @@
 //!
 //! iceoryx2's shared memory itself lies beside the folder, as files named `lamplight-NAME.*`. A
 //! name holds no dot, so the files of one run never carry the prefix of another.
+//!
+//! The operating system lets go of a lock whatever ends its holder, so locks tell the living from
+//! the dead. Making and removing runs happens under one more lock, that of `/dev/shm` itself: no
+//! run can be taken for dead while it is being made.
 
 use std::{
     fmt, fs,
     fs::{File, TryLockError},
     io,
     path::{Path, PathBuf},
-    process,
     string::{String, ToString},
     vec::Vec,
 };
@@ -78,8 +83,7 @@ pub struct RunDir {
     name: RunName,
 }
 
-/// Held by the arena as long as its run lives. The operating system lets go of it whatever ends
-/// the process.
+/// Holds a lock of a run until it is dropped or its process ends.
 #[derive(Debug)]
 pub struct RunLock {
     _file: File,
@@ -91,34 +95,24 @@ impl RunDir {
         Self { name }
     }
 
-    /// Makes the folder and takes its lock. What a dead run of the same name left is removed.
+    /// Makes the folder and owns it. What a dead run of the same name left is removed.
     pub fn create(name: RunName) -> Result<(Self, RunLock), RunDirError> {
         let dir = Self::of(name);
-        if dir.is_alive() {
-            return Err(RunDirError::Alive(dir.name));
-        }
-        dir.remove()?;
-        // The folder appears under its name with the lock already held, so nobody can take it for dead.
-        let hidden = dir.hidden(process::id());
-        let failed = |path: &Path, error| RunDirError::Io { path: path.to_path_buf(), error };
-        fs::create_dir(&hidden).map_err(|error| failed(&hidden, error))?;
-        let locked = File::create(hidden.join("lock")).and_then(|file| match file.try_lock() {
-            Ok(()) => Ok(file),
-            Err(TryLockError::Error(error)) => Err(error),
-            Err(TryLockError::WouldBlock) => Err(io::ErrorKind::ResourceBusy.into()),
-        });
-        match locked.and_then(|file| fs::rename(&hidden, dir.path()).map(|()| file)) {
-            Ok(file) => Ok((dir, RunLock { _file: file })),
-            Err(error) => {
-                let _ = fs::remove_dir_all(&hidden);
-                match error.kind() {
-                    io::ErrorKind::DirectoryNotEmpty | io::ErrorKind::AlreadyExists => {
-                        Err(RunDirError::Alive(dir.name))
-                    }
-                    _ => Err(failed(&dir.path(), error)),
-                }
+        exclusively(|| {
+            if dir.is_in_use() {
+                return Err(RunDirError::Alive(dir.name.clone()));
             }
-        }
+            dir.remove()?;
+            let path = dir.path();
+            fs::create_dir(&path).map_err(failed(&path))?;
+            let owner = dir.lock("owner")?;
+            Ok((dir.clone(), owner))
+        })
+    }
+
+    /// The arena says that it lives: from now on agents may come.
+    pub fn go_live(&self) -> Result<RunLock, RunDirError> {
+        self.lock("arena")
     }
 
     /// The folder of a run that is alive.
@@ -148,24 +142,52 @@ impl RunDir {
 
     /// Whether the run's arena lives.
     pub fn is_alive(&self) -> bool {
-        match File::open(self.path().join("lock")) {
+        self.is_locked("arena")
+    }
+
+    /// Removes what the run has left if it is dead: if it has neither an owner nor an arena.
+    /// Returns how many entries there were, or `None` if it is not dead.
+    pub fn remove_if_dead(&self) -> Result<Option<usize>, RunDirError> {
+        exclusively(|| if self.is_in_use() { Ok(None) } else { self.remove().map(Some) })
+    }
+
+    /// Removes the run's folder and shared memory. For its owner, once nobody else is left.
+    pub fn remove_own(&self, owner: RunLock) -> Result<(), RunDirError> {
+        exclusively(|| self.remove())?;
+        drop(owner);
+        Ok(())
+    }
+
+    fn is_in_use(&self) -> bool {
+        self.is_locked("owner") || self.is_locked("arena")
+    }
+
+    fn is_locked(&self, lock: &str) -> bool {
+        match File::open(self.path().join(lock)) {
             Ok(file) => matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)),
             Err(_) => false,
         }
     }
 
-    /// Removes the folder and the run's shared memory; returns how many entries there were.
-    /// The caller knows that the run is dead.
-    pub fn remove(&self) -> Result<usize, RunDirError> {
+    fn lock(&self, lock: &str) -> Result<RunLock, RunDirError> {
+        let path = self.path().join(lock);
+        let file = File::create(&path).map_err(failed(&path))?;
+        match file.try_lock() {
+            Ok(()) => Ok(RunLock { _file: file }),
+            Err(TryLockError::WouldBlock) => Err(RunDirError::Alive(self.name.clone())),
+            Err(TryLockError::Error(error)) => Err(failed(&path)(error)),
+        }
+    }
+
+    /// Removes the folder and every file with the run's prefix; returns how many entries.
+    fn remove(&self) -> Result<usize, RunDirError> {
         let (exact, prefix) = (std::format!("{PREFIX}{}", self.name), self.prefix());
         let mut removed = 0;
-        let failed = |path: &Path, error| RunDirError::Io { path: path.to_path_buf(), error };
         let shared_memory = Path::new(SHARED_MEMORY);
-        for entry in fs::read_dir(shared_memory).map_err(|error| failed(shared_memory, error))? {
+        for entry in fs::read_dir(shared_memory).map_err(failed(shared_memory))? {
             let Ok(entry) = entry else { continue };
             let file_name = entry.file_name();
-            let Some(name) = file_name.to_str() else { continue };
-            if name != exact && !name.starts_with(&prefix) || self.is_being_made(name) {
+            if !file_name.to_str().is_some_and(|name| name == exact || name.starts_with(&prefix)) {
                 continue;
             }
             let path = entry.path();
@@ -175,9 +197,9 @@ impl RunDir {
             };
             match outcome {
                 Ok(()) => removed += 1,
-                // Somebody else cleans too.
+                // An agent that leaves removes its own files.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-                Err(error) => return Err(failed(&path, error)),
+                Err(error) => return Err(failed(&path)(error)),
             }
         }
         Ok(removed)
@@ -186,6 +208,11 @@ impl RunDir {
     /// The folder.
     pub fn path(&self) -> PathBuf {
         Path::new(SHARED_MEMORY).join(std::format!("{PREFIX}{}", self.name))
+    }
+
+    /// The scenario as resolved.
+    pub fn scenario_path(&self) -> PathBuf {
+        self.path().join("scenario.toml")
     }
 
     /// What every agent is told at its start.
@@ -207,18 +234,18 @@ impl RunDir {
     pub fn prefix(&self) -> String {
         std::format!("{PREFIX}{}.", self.name)
     }
+}
 
-    fn hidden(&self, pid: u32) -> PathBuf {
-        Path::new(SHARED_MEMORY).join(std::format!("{}new-{pid}", self.prefix()))
-    }
+/// Does something that must not overlap with another run's making or removal on this machine.
+fn exclusively<T>(act: impl FnOnce() -> Result<T, RunDirError>) -> Result<T, RunDirError> {
+    let shared_memory = Path::new(SHARED_MEMORY);
+    let folder = File::open(shared_memory).map_err(failed(shared_memory))?;
+    folder.lock().map_err(failed(shared_memory))?;
+    act()
+}
 
-    /// Whether a file name is a folder under construction by a process that lives.
-    fn is_being_made(&self, file_name: &str) -> bool {
-        file_name
-            .strip_prefix(&self.prefix())
-            .and_then(|rest| rest.strip_prefix("new-"))
-            .is_some_and(|pid| Path::new("/proc").join(pid).exists())
-    }
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
+    move |error| RunDirError::Io { path: path.to_path_buf(), error }
 }
 
 /// Bytes left in shared memory.
@@ -232,7 +259,7 @@ mod tests {
     use super::*;
 
     fn name(what: &str) -> RunName {
-        std::format!("test-{what}-{}", process::id()).parse().unwrap()
+        std::format!("test-{what}-{}", std::process::id()).parse().unwrap()
     }
 
     #[test]
@@ -243,29 +270,36 @@ mod tests {
     }
 
     #[test]
-    fn a_live_run_keeps_its_name_and_a_dead_one_gives_it_back() {
-        let (dir, lock) = RunDir::create(name("alive")).unwrap();
-        assert!(dir.is_alive());
+    fn a_run_in_use_keeps_its_name_and_a_dead_one_gives_it_back() {
+        let (dir, owner) = RunDir::create(name("alive")).unwrap();
+        assert!(!dir.is_alive(), "no arena yet");
         assert!(matches!(RunDir::create(name("alive")), Err(RunDirError::Alive(_))));
+        let arena = dir.go_live().unwrap();
+        assert!(dir.is_alive());
+        assert!(matches!(dir.go_live(), Err(RunDirError::Alive(_))), "one arena is enough");
         fs::write(dir.setup_path(), b"left over").unwrap();
-        drop(lock);
-        assert!(!dir.is_alive());
+        drop(owner);
+        assert_eq!(dir.remove_if_dead().unwrap(), None, "the arena still lives");
+        assert!(matches!(RunDir::create(name("alive")), Err(RunDirError::Alive(_))));
+        drop(arena);
         assert!(matches!(RunDir::open(name("alive")), Err(RunDirError::NotFound(_))));
-        let (dir, _lock) = RunDir::create(name("alive")).unwrap();
+        let (dir, owner) = RunDir::create(name("alive")).unwrap();
         assert!(!dir.setup_path().exists(), "the dead run's files are gone");
-        dir.remove().unwrap();
+        dir.remove_own(owner).unwrap();
+        assert!(!dir.path().exists());
     }
 
     #[test]
     fn removing_a_run_spares_others_whose_names_begin_alike() {
-        let (short, _short_lock) = RunDir::create(name("p")).unwrap();
+        let (short, short_owner) = RunDir::create(name("p")).unwrap();
         let longer: RunName = std::format!("{}x", short.name()).parse().unwrap();
-        let (long, _long_lock) = RunDir::create(longer).unwrap();
+        let (long, long_owner) = RunDir::create(longer).unwrap();
         let memory = Path::new(SHARED_MEMORY).join(std::format!("{}data", short.prefix()));
         fs::write(&memory, b"").unwrap();
         assert!(RunDir::list().unwrap().contains(&short));
-        assert_eq!(short.remove().unwrap(), 2);
+        drop(short_owner);
+        assert_eq!(short.remove_if_dead().unwrap(), Some(2));
         assert!(!short.path().exists() && !memory.exists() && long.path().exists());
-        long.remove().unwrap();
+        long.remove_own(long_owner).unwrap();
     }
 }

@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn percepts_go_down_and_commands_come_up() {
-        let (run, _lock) = run("roundtrip");
+        let (run, owner) = run("roundtrip");
         let robot = RobotId { index: 3, incarnation: 1 };
         let arena = Medium::enter(&run).unwrap();
         let host = arena.host(robot, 8).unwrap();
@@ -280,12 +280,12 @@ mod tests {
         assert_eq!(host.receive().unwrap().unwrap().check(robot, 5), Ok(command));
         assert_eq!(host.receive().unwrap(), None);
         drop((host, agent, arena));
-        run.remove().unwrap();
+        run.remove_own(owner).unwrap();
     }
 
     #[test]
     fn a_second_agent_is_told_that_the_robot_is_taken() {
-        let (run, _lock) = run("taken");
+        let (run, owner) = run("taken");
         let robot = RobotId::first(0);
         let arena = Medium::enter(&run).unwrap();
         let _host = arena.host(robot, 1).unwrap();
@@ -293,15 +293,15 @@ mod tests {
         let _agent = first.join(robot).unwrap();
         let second = Medium::enter(&run).unwrap();
         assert_eq!(second.join(robot).unwrap_err(), ServiceError::Taken(robot));
-        run.remove().unwrap();
+        run.remove_own(owner).unwrap();
     }
 
     #[test]
     fn an_agent_for_an_unknown_robot_is_told_so() {
-        let (run, _lock) = run("unknown");
+        let (run, owner) = run("unknown");
         let medium = Medium::enter(&run).unwrap();
         let robot = RobotId::first(50);
         assert_eq!(medium.join(robot).unwrap_err(), ServiceError::Unknown(robot));
-        run.remove().unwrap();
+        run.remove_own(owner).unwrap();
     }
 }

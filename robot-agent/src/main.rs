@@ -6,7 +6,13 @@ mod agent;
 mod lockstep;
 mod realtime;
 
-use std::{fs, io, process::ExitCode, thread, time::Duration};
+use std::{
+    fs,
+    io::{self, IsTerminal, Write},
+    process::ExitCode,
+    thread,
+    time::Duration,
+};
 
 use anyhow::{Context, bail};
 use clap::Parser;
@@ -52,17 +58,28 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).without_time().init();
-    let quiet = cli.quiet;
-    match drive(cli) {
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .without_time()
+        .init();
+    match drive(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            if !(quiet && error.is::<Abandoned>()) {
-                eprintln!("error: {error:#}");
+            if !(cli.quiet && (error.is::<Abandoned>() || is_over(&cli.run))) {
+                // One write, so that the words of many agents do not mix.
+                let _ = io::stderr().write_all(format!("error: {error:#}\n").as_bytes());
             }
             ExitCode::FAILURE
         }
     }
+}
+
+/// Whether a run has ended, or is about to: then nothing that fails is worth a word.
+fn is_over(name: &RunName) -> bool {
+    let run = RunDir::of(name.clone());
+    !run.is_alive() || Doorbell::open(&run.doorbell_path()).is_ok_and(|bell| bell.is_closed())
 }
 
 /// Why an agent leaves before its run has ended.
@@ -76,9 +93,9 @@ enum Abandoned {
     LeftOut { run: RunName, id: RobotId },
 }
 
-fn drive(cli: Cli) -> anyhow::Result<()> {
+fn drive(cli: &Cli) -> anyhow::Result<()> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
-    let run = RunDir::open(cli.run)?;
+    let run = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run)?;
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
     let setup: AgentSetup = codec::decode(&setup)?;

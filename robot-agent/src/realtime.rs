@@ -26,23 +26,22 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, step: Seconds
     let mut begun = false;
     while !bell.is_closed() {
         let now = Instant::now();
-        if now < deadline {
-            thread::sleep((deadline - now).min(NAP));
-            continue;
+        if now >= deadline {
+            // A missed deadline is not made up for: there is one newest percept, and one answer to it.
+            deadline = (deadline + period).max(now);
+            if agent.answer()? {
+                (answered, begun) = (now, true);
+            } else if begun && now - answered > LEFT_OUT.max(period * 10) {
+                return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
+            }
         }
-        // A missed deadline is not made up for: the next one is a period from now.
-        deadline = (deadline + period).max(now);
-        if agent.answer()? {
-            (answered, begun) = (now, true);
-        } else if now - answered.max(asked) > ALIVE_POLL {
+        if now - asked.max(answered) > ALIVE_POLL {
             asked = now;
             if !run.is_alive() {
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }
-            if begun && now - answered > LEFT_OUT.max(period * 10) {
-                return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
-            }
         }
+        thread::sleep(deadline.saturating_duration_since(Instant::now()).min(NAP));
     }
     Ok(())
 }

@@ -46,7 +46,11 @@ fn impossible_numbers_are_refused() {
     check(&run(&["--robots", "-3"]), "error: --robots -3: must be from 1 to 1000000 robots, got -3");
     check(&run(&["--duration", "-1"]), "error: --duration -1: must be a positive number, got -1");
     check(&run(&["--set", "step_s=nan"]), "--set step_s=nan: must be a finite number, got NaN");
+    check(&run(&["--duration", "nan"]), "error: --duration nan: must be a finite number, got NaN");
+    check(&run(&["--seed", "-1"]), "invalid value '-1' for '--seed <S>'");
     check(&run(&["--speed", "0"]), "it must be a positive number");
+    check(&run(&["--set", "field.lamp.0.half_distance_m=1e-200"]), "is beyond 1e-6 to 1e12");
+    check(&run(&["--set", "arena.size_m=[1e100,1e100]"]), "is beyond 0.001 m to 100000 m a side");
     check(&run(&["--set", "step_s=2"]), "gain_per_s × step_s = 2 exceeds 1.5");
 }
 
@@ -94,8 +98,32 @@ fn options_that_mean_nothing_together_are_refused() {
         "use --engine processes for --mode realtime",
     );
     check(&run(&["--engine", "in-process", "--by-hand", "1"]), "use --engine processes");
+    check(&run(&["--mode", "realtime", "--speed", "2"]), "in --mode realtime virtual time is real time");
     check(&run(&["--by-hand", "50"]), "--by-hand 50: the scenario has robots 0 to 49");
     check(&run(&["--name", "a/b"]), "use 1 to 64 letters, digits, `-` and `_`");
+}
+
+#[test]
+fn a_scenario_may_come_through_a_pipe() {
+    let read = || fs::File::open(scenario("swarmbots")).unwrap();
+    for engine in ["processes", "in-process"] {
+        let output = lamplight(["run", "/dev/stdin", "--duration", "1", "--engine", engine])
+            .stdin(read())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+    }
+}
+
+#[test]
+fn a_reader_who_has_seen_enough_is_no_failure() {
+    let full = || fs::File::create("/dev/full").unwrap();
+    let output = lamplight(["schema"]).stdout(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).starts_with("error: cannot write to standard output: "));
+    let mut child = lamplight(["schema"]).stdout(std::process::Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
 }
 
 #[test]

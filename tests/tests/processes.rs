@@ -3,7 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{io::Read, process::Output};
+use std::{
+    io::Read,
+    process::{Output, Stdio},
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+};
 
 use rustix::process::Signal;
 use tests::{
@@ -85,7 +90,7 @@ fn a_run_that_must_not_lose_anyone_fails_and_says_whom_it_lost() {
         stderr(&output).lines().filter(|line| line.starts_with("error")).map(str::to_owned).collect();
     assert_eq!(lines.len(), 1, "{}", said(&output));
     assert!(lines[0].starts_with("error: robot 30 (pid "), "{lines:?}");
-    assert!(lines[0].contains("died before it answered tick "), "{lines:?}");
+    assert!(lines[0].contains(") died "), "{lines:?}");
 }
 
 #[test]
@@ -164,15 +169,82 @@ fn two_runs_of_one_scenario_live_side_by_side() {
 }
 
 #[test]
-fn a_name_in_use_is_refused() {
+fn a_name_in_use_is_refused_and_its_run_unharmed() {
     let run = disturbed("exclude");
+    let files = run.leftovers().len();
     let second = lamplight(["run", "--name", &run.name]).arg(scenario("swarmbots")).output().unwrap();
-    assert_eq!(second.status.code(), Some(1));
+    assert_eq!(second.status.code(), Some(2));
     let expected = format!("error: a run named `{}` is alive; choose another name, or none\n", run.name);
     assert_eq!(stderr(&second), expected);
-    assert!(run.arena().is_some(), "the first run does not notice");
-    let (output, _) = run.finish();
+    assert_eq!(run.leftovers().len(), files, "the first run keeps what is its own");
+    let (output, left) = run.finish();
     assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(left.unwrap().summary["robots_alive"], 50);
+}
+
+#[test]
+fn of_two_runs_that_want_one_name_at_once_one_gets_it() {
+    for _ in 0..5 {
+        let name = format!("test-twins-{}", std::process::id());
+        let start = || {
+            let options = ["--robots", "3", "--duration", "3", "--speed", "10", "--quiet"];
+            let mut command = lamplight(["run", "--name", &name]);
+            command.arg(scenario("swarmbots")).args(options).stderr(Stdio::piped()).stdout(Stdio::piped());
+            command.spawn().unwrap()
+        };
+        let outputs = [start(), start()].map(|twin| twin.wait_with_output().unwrap());
+        let codes = outputs.each_ref().map(|output| output.status.code().unwrap());
+        assert!(codes == [0, 2] || codes == [2, 0], "{} {}", said(&outputs[0]), said(&outputs[1]));
+        let winner = outputs.iter().find(|output| output.status.success()).unwrap();
+        assert!(String::from_utf8_lossy(&winner.stdout).contains("3 of 3 robots alive"), "{}", said(winner));
+    }
+}
+
+#[test]
+fn cleaning_up_harms_no_run_that_starts() {
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                assert!(lamplight(["clean"]).output().unwrap().status.success());
+            }
+        });
+        for _ in 0..20 {
+            let run = Run::of("swarmbots", &["--robots", "2", "--duration", "0.5"]);
+            assert_eq!(run.summary["robots_alive"], 2);
+        }
+        done.store(true, Ordering::Relaxed);
+    });
+}
+
+#[test]
+fn a_swarm_that_has_lost_everyone_fails() {
+    let run = disturbed("exclude");
+    run.agents().into_values().for_each(|pid| signal(pid, Signal::KILL));
+    let (output, left) = run.finish();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(stderr(&output).ends_with("error: no robot is left\n"), "{}", said(&output));
+    assert_eq!(left.unwrap().summary["ended"], "failed");
+}
+
+#[test]
+fn two_signals_at_once_are_one_wish() {
+    let run = disturbed("exclude");
+    signal(run.supervisor(), Signal::TERM);
+    signal(run.supervisor(), Signal::INT);
+    let (output, left) = run.finish();
+    assert!(matches!(output.status.code(), Some(130 | 143)), "{}", said(&output));
+    assert_eq!(left.unwrap().summary["ended"], "interrupted");
+}
+
+#[test]
+fn a_start_that_is_interrupted_says_nothing_of_every_robot() {
+    let run = LiveRun::start("thousand", &["--robots", "200", "--quiet"]);
+    wait_until("some agents are there", || run.agents().len() > 20);
+    signal(run.supervisor(), Signal::INT);
+    let (output, _) = run.finish();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert_eq!(stderr(&output), "");
 }
 
 #[test]
@@ -222,6 +294,10 @@ fn robots_on_their_own_timers_gather_too() {
     assert_eq!(run.summary["mode"], "realtime");
     assert_eq!(run.summary["robots_alive"], 50);
     assert_eq!(run.number("ticks"), 40.0);
+    assert!(
+        run.summary["converged_at_s"].is_null(),
+        "robots that have not sensed yet are not at their goals"
+    );
     let still = Run::of("swarmbots", &["--engine", "in-process", "--duration", "0.1"]);
     let distance = |run: &Run| run.number("mean_lamp_distance_m");
     assert!(distance(&run) < distance(&still) - 0.02, "{} m", distance(&run));

@@ -25,7 +25,7 @@ use protocol::{
 
 use super::{Answers, Incident, SquadError, Standing};
 use crate::{
-    link::Link,
+    link::{Link, Lost},
     process::{Process, State},
     stop::StopFlag,
 };
@@ -152,13 +152,15 @@ impl Members {
     /// Takes in agents that have joined since the last call; their first commands become answers.
     /// Does away with those who will not come.
     pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
-        for lost in self.hosting.link.lost().collect::<Vec<_>>() {
-            let index = lost.id.index as usize;
-            let member = &self.members[index];
-            if member.id == lost.id && matches!(member.presence, Presence::Expected { .. }) {
-                let what = format!("the agent of {} ended before it joined ({})", lost.id, lost.how);
-                self.miss(index, tick, what)?;
-            }
+        for Lost { id, how } in self.hosting.link.lost().collect::<Vec<_>>() {
+            let index = id.index as usize;
+            let Some(member) = self.members.get(index).filter(|member| member.id == id) else { continue };
+            let what = match member.presence {
+                Presence::Expected { .. } => format!("the agent of {id} ended before it joined ({how})"),
+                Presence::Present => format!("{} died after tick {tick} ({how})", member.named()),
+                Presence::Out => continue,
+            };
+            self.miss(index, tick, what)?;
         }
         for (index, answer) in answers.iter_mut().enumerate() {
             let Presence::Expected { since } = self.members[index].presence else { continue };
@@ -171,7 +173,10 @@ impl Members {
                 self.miss(index, tick, what)?;
             }
         }
-        Ok(())
+        match self.members.iter().all(|member| member.presence == Presence::Out) {
+            true => Err(SquadError("no robot is left".into())),
+            false => Ok(()),
+        }
     }
 
     /// Sends a percept to every agent that takes part; returns their indices.

@@ -33,7 +33,8 @@ struct Latest {
     command: Command,
     /// The tick it answers; `None` for the command given at boot.
     answers: Option<Tick>,
-    arrived_tick: Tick,
+    /// When it came; `None` once a newer answer was refused, and the robot stands still.
+    stands_since: Option<Tick>,
     arrived: Instant,
 }
 
@@ -50,7 +51,9 @@ impl Realtime {
         match self.members.hear(index, next..=tick.max(next))? {
             Heard::Command(answers, command) => self.note(index, tick, Some(answers), command),
             Heard::Refused => {
-                self.latest[index] = self.latest[index].map(|latest| Latest { arrived_tick: 0, ..latest })
+                if let Some(latest) = &mut self.latest[index] {
+                    (latest.stands_since, latest.arrived) = (None, Instant::now());
+                }
             }
             Heard::Nothing => {}
         }
@@ -58,7 +61,8 @@ impl Realtime {
     }
 
     fn note(&mut self, index: usize, tick: Tick, answers: Option<Tick>, command: Command) {
-        self.latest[index] = Some(Latest { command, answers, arrived_tick: tick, arrived: Instant::now() });
+        self.latest[index] =
+            Some(Latest { command, answers, stands_since: Some(tick), arrived: Instant::now() });
     }
 }
 
@@ -82,7 +86,7 @@ impl Squad for Realtime {
             if latest.arrived.elapsed() > self.members.hang_timeout {
                 self.latest[index] = None;
                 self.members.give_up_on(index, tick)?;
-            } else if tick <= latest.arrived_tick + HOLD_TICKS {
+            } else if latest.stands_since.is_some_and(|since| tick <= since + HOLD_TICKS) {
                 answers[index] = Some(latest.command);
             }
         }
@@ -93,6 +97,10 @@ impl Squad for Realtime {
             }
         }
         Ok(())
+    }
+
+    fn has_estimates(&self) -> bool {
+        self.latest.iter().flatten().all(|latest| latest.answers.is_some())
     }
 
     fn dismiss(&mut self) {

@@ -3,6 +3,8 @@
 //! In:  a scenario whose values are each well-formed.
 //! Out: the first [`Problem`], with the paths of the values that disagree.
 
+use std::iter;
+
 use protocol::percept::COMPONENTS_MAX;
 use protocol::setup::Law;
 
@@ -16,6 +18,16 @@ pub const MAX_GAIN_STEP: f64 = 1.5;
 
 /// Bodies may touch: how much rounding may make two that do overlap, or pierce a wall, in meters.
 const CONTACT_SLACK_M: f64 = 1e-9;
+
+/// Sides of an arena, in meters: from a Petri dish to a county.
+const SIDE_MIN_M: f64 = 1e-3;
+const SIDE_MAX_M: f64 = 1e5;
+
+/// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
+const WIDTH_MIN_M: f64 = 1e-6;
+
+/// Highest offset or peak: sums and gradients of them stay finite.
+const COUNTS_MAX: f64 = 1e12;
 
 /// The number of robots that `count` and `positions_m` agree on.
 pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
@@ -37,6 +49,7 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     time(scenario)?;
     headings(scenario)?;
+    size(scenario)?;
     room(scenario)?;
     positions_in_arena(scenario)?;
     positions_apart(scenario)?;
@@ -64,6 +77,16 @@ fn headings(scenario: &Scenario) -> Result<(), Problem> {
             format!("robots.headings_rad lists {}, but there are {count} robots", headings.len()),
         )
         .hint("without headings_rad (on the command line: --set robots.headings_rad=) they are random")
+    })
+}
+
+fn size(scenario: &Scenario) -> Result<(), Problem> {
+    let [width, height] = scenario.arena.size_m.get();
+    let sensible = SIDE_MIN_M..=SIDE_MAX_M;
+    ensure(sensible.contains(&width) && sensible.contains(&height), || {
+        let message =
+            format!("an arena of {width} m x {height} m is beyond {SIDE_MIN_M} m to {SIDE_MAX_M} m a side");
+        problem(&["arena.size_m"], message)
     })
 }
 
@@ -136,7 +159,25 @@ fn field(field: &FieldSpec) -> Result<(), Problem> {
     ensure(peaks <= room, || {
         let message = format!("{peaks} Gaussians and lamps are more than the {room} a field can have");
         problem(&["field.lamp", "field.gaussian", "field"], message)
-    })
+    })?;
+    let gaussians = field.gaussian.iter().enumerate().flat_map(|(index, peak)| {
+        let key = move |key| format!("field.gaussian.{index}.{key}");
+        [(key("sigma_m"), WIDTH_MIN_M, peak.sigma_m.get()), (key("gamma"), -COUNTS_MAX, peak.gamma.get())]
+    });
+    let lamps = field.lamp.iter().enumerate().flat_map(|(index, lamp)| {
+        let key = move |key| format!("field.lamp.{index}.{key}");
+        [
+            (key("half_distance_m"), WIDTH_MIN_M, lamp.half_distance_m.get()),
+            (key("peak"), -COUNTS_MAX, lamp.peak.get()),
+        ]
+    });
+    let offset = ("field.offset".to_owned(), -COUNTS_MAX, field.offset.get());
+    for (path, least, value) in iter::once(offset).chain(gaussians).chain(lamps) {
+        ensure((least..=COUNTS_MAX).contains(&value), || {
+            problem(&[&path], format!("{path} = {value:e} is beyond {least:e} to {COUNTS_MAX:e}"))
+        })?;
+    }
+    Ok(())
 }
 
 /// The `exact` law integrates over the whole cell, so the cell must end somewhere near.
