@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use arena::{Arena, metrics::estimated_errors, scenario::Scenario};
 use hdrhistogram::Histogram;
-use protocol::{percept::Tick, setup::Mode};
+use protocol::setup::Mode;
 
 use crate::{
     outputs::Outputs,
@@ -94,19 +94,15 @@ enum Interruption {
 
 impl Run<'_> {
     fn follow(&mut self, plan: Plan) -> Result<Ending, Interruption> {
-        let ticks = self.scenario.ticks();
         let mut pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
-        let mut progress = Progress::begin(ticks, plan.quiet);
-        for tick in 0..=ticks {
-            if self.stop.is_raised() {
-                return Ok(Ending::Interrupted);
-            }
+        let mut progress = Progress::begin(self.scenario.ticks(), plan.quiet);
+        while !self.stop.is_raised() {
             self.tick().map_err(Interruption::Squad)?;
-            let status = self.status(tick);
+            let status = self.status();
             let ending = self.ending(&status);
-            if tick % self.scenario.sample_every_ticks() == 0 || ending.is_some() {
+            if status.tick % self.scenario.sample_every_ticks() == 0 || ending.is_some() {
                 let metrics = self.arena.metrics(&self.answers);
-                self.outputs.sample(tick, status.time_s, &metrics).map_err(Interruption::Outputs)?;
+                self.outputs.sample(&status, &metrics).map_err(Interruption::Outputs)?;
             }
             if let Some(ending) = ending {
                 return Ok(ending);
@@ -114,7 +110,7 @@ impl Run<'_> {
             progress.show(&status);
             pace.wait(self.scenario.step_s.get(), || self.stop.is_raised());
         }
-        unreachable!("the last tick ends the run")
+        Ok(Ending::Interrupted)
     }
 
     fn tick(&mut self) -> Result<(), SquadError> {
@@ -125,10 +121,10 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn status(&self, tick: Tick) -> Status {
+    fn status(&self) -> Status {
         let (mean_error_m, _) = estimated_errors(&self.answers);
         Status {
-            tick,
+            tick: self.arena.current_tick(),
             ticks: self.scenario.ticks(),
             time_s: self.arena.time_s(),
             mean_error_m,

@@ -11,10 +11,10 @@ use std::{
 
 use anyhow::{Context, bail};
 use arena::{Arena, metrics::Metrics, scenario::Scenario};
-use protocol::{command::Command, percept::Tick};
+use protocol::command::Command;
 use serde::Serialize;
 
-use crate::{squad::Standing, summary::Summary};
+use crate::{progress::Status, squad::Standing, summary::Summary};
 
 /// Files by which a folder is known to hold a run.
 const MARKS: [&str; 2] = ["summary.json", "scenario.toml"];
@@ -67,9 +67,9 @@ impl Outputs {
     }
 
     /// One more row of `metrics.csv`.
-    pub fn sample(&mut self, tick: Tick, time_s: f64, metrics: &Metrics) -> anyhow::Result<()> {
+    pub fn sample(&mut self, status: &Status, metrics: &Metrics) -> anyhow::Result<()> {
         let Some((folder, rows)) = &mut self.folder else { return Ok(()) };
-        metrics_row(rows, &MetricsRow::new(tick, time_s, metrics))
+        metrics_row(rows, &MetricsRow::new(status, metrics))
             .with_context(|| format!("cannot write {}", folder.join("metrics.csv").display()))
     }
 
@@ -135,11 +135,11 @@ struct MetricsRow {
 }
 
 impl MetricsRow {
-    fn new(tick: Tick, time_s: f64, metrics: &Metrics) -> Self {
+    fn new(status: &Status, metrics: &Metrics) -> Self {
         let packets = metrics.packets;
         Self {
-            tick,
-            time_s,
+            tick: status.tick,
+            time_s: status.time_s,
             mean_error_m: metrics.mean_error_m,
             max_error_m: metrics.max_error_m,
             mean_true_error_m: metrics.mean_true_error_m,

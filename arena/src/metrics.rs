@@ -49,7 +49,8 @@ pub struct Metrics {
     pub mean_true_error_m: f64,
     /// Coverage cost H (eq. 1 with f(x) = x²/2) of the robots alive.
     pub cost_h: f64,
-    /// Share of robots alive whose local cell, cut to the arena, is the global one.
+    /// Share of robots alive whose local cell, from the packets heard in this tick and cut to the
+    /// arena, is the global one.
     pub cell_agreement: f64,
     /// Mean distance of robots alive to the middle of the lamps, if there are lamps.
     pub mean_lamp_distance_m: Option<f64>,

@@ -245,7 +245,7 @@ mod tests {
         world.advance(0.5, &[go(0.5, 0.5)]);
         let radius = 0.5 / (PI / 2.0);
         let expected =
-            ArenaPoint::new(1.0 + radius * (PI / 4.0).sin(), 1.0 + radius * (1.0 - (PI / 4.0).cos()));
+            ArenaPoint::new(1.0 + radius * libm::sin(PI / 4.0), 1.0 + radius * (1.0 - libm::cos(PI / 4.0)));
         assert!((world.poses[0].position - expected).norm() < 1e-12);
     }
 
