@@ -100,7 +100,7 @@ impl Run<'_> {
             self.tick().map_err(Interruption::Squad)?;
             let status = self.status();
             let ending = self.ending(&status);
-            if status.tick % self.scenario.sample_every_ticks() == 0 || ending.is_some() {
+            if status.tick.is_multiple_of(self.scenario.sample_every_ticks()) || ending.is_some() {
                 let metrics = self.arena.metrics(&self.answers);
                 self.outputs.sample(&status, &metrics).map_err(Interruption::Outputs)?;
             }

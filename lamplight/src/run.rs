@@ -20,7 +20,14 @@ use protocol::{
 use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
 
-use crate::{failure::Failure, in_process::InProcess, limits, say::say, summary_text, supervisor};
+use crate::{
+    failure::Failure,
+    in_process::InProcess,
+    limits,
+    say::say,
+    summary_text,
+    supervisor::{self, Watch},
+};
 
 /// Who thinks for the robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -124,19 +131,20 @@ fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
         Some(name) => name.clone(),
         None => default_name(scenario),
     };
+    let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
-    let outcome = supervised(args, scenario, &run);
+    let outcome = supervised(args, scenario, &run, watch);
     let removed = run.remove_own(owner).map_err(Failure::run);
     outcome.and_then(|outcome| removed.map(|()| outcome))
 }
 
 /// Runs the processes of a run that is ours.
-fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir) -> Result<Outcome, Failure> {
+fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: Watch) -> Result<Outcome, Failure> {
     prepare_out(&args.options)?;
     fs::write(run.scenario_path(), scenario.to_toml())
         .with_context(|| format!("cannot write {}", run.scenario_path().display()))
         .map_err(Failure::Run)?;
-    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand).map_err(Failure::Run)
+    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch).map_err(Failure::Run)
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.

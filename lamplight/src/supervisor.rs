@@ -46,15 +46,31 @@ enum Happening {
     ArenaSilent,
 }
 
+/// Where all that happens to a run comes together. Made before the run, so that no signal finds
+/// the run made and nobody to take it down.
+pub(crate) struct Watch {
+    sender: Sender<Happening>,
+    happenings: Receiver<Happening>,
+}
+
+impl Watch {
+    /// From here on signals are ours.
+    pub(crate) fn begin() -> anyhow::Result<Self> {
+        let (sender, happenings) = mpsc::channel();
+        forward_signals(sender.clone())?;
+        Ok(Self { sender, happenings })
+    }
+}
+
 /// Runs the processes of `run`, which is the caller's, to their end.
 pub(crate) fn run(
     options: &RunOptions,
     run: &RunDir,
     robots: u32,
     by_hand: &[u32],
+    watch: Watch,
 ) -> anyhow::Result<Outcome> {
-    let (sender, happenings) = mpsc::channel();
-    forward_signals(sender.clone())?;
+    let Watch { sender, happenings } = watch;
     let mut supervisor = Supervisor::start(options, run, robots, by_hand, sender)?;
     let outcome = supervisor.watch(&happenings);
     supervisor.clear_away(&happenings);
@@ -127,30 +143,7 @@ impl<'a> Supervisor<'a> {
     fn watch(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {
-            let happening = match (self.to_start.pop_front(), self.stopping) {
-                // Signals are heard between any two agents that start.
-                (Some(id), _) => match happenings.try_recv() {
-                    Ok(happening) => {
-                        self.to_start.push_front(id);
-                        happening
-                    }
-                    Err(_) => {
-                        self.spawn(id)?;
-                        continue;
-                    }
-                },
-                (None, Some(stopping)) => {
-                    match happenings.recv_timeout(STOP_TIMEOUT.saturating_sub(stopping.since.elapsed())) {
-                        Ok(happening) => happening,
-                        Err(_) => {
-                            self.lose_patience();
-                            continue;
-                        }
-                    }
-                }
-                (None, None) => happenings.recv().context("the threads that watch the run have ended")?,
-            };
-            match happening {
+            match self.next(happenings)? {
                 Happening::Signal(SIGCHLD) => self.reap(),
                 Happening::Signal(signal) => self.stop(signal),
                 Happening::Arena(event) => self.obey(event)?,
@@ -166,11 +159,32 @@ impl<'a> Supervisor<'a> {
         }
     }
 
+    /// The next thing to attend to. While there is none, agents are started one by one, so that
+    /// signals are heard in between; and an arena that was told to end is not waited for in vain.
+    fn next(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Happening> {
+        loop {
+            if !self.to_start.is_empty() {
+                if let Ok(happening) = happenings.try_recv() {
+                    return Ok(happening);
+                }
+                self.spawn_next()?;
+            } else if let Some(stopping) = self.stopping {
+                match happenings.recv_timeout(STOP_TIMEOUT.saturating_sub(stopping.since.elapsed())) {
+                    Ok(happening) => return Ok(happening),
+                    Err(_) => self.lose_patience(),
+                }
+            } else {
+                return happenings.recv().context("the threads that watch the run have ended");
+            }
+        }
+    }
+
     fn obey(&mut self, event: Event) -> anyhow::Result<()> {
         match event {
             Event::Ready => self.to_start.extend(self.robots.drain(..)),
             Event::Start(id) => self.to_start.push_back(id),
             Event::End(id) => {
+                self.to_start.retain(|queued| *queued != id);
                 let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
                 theirs.for_each(|(pid, _)| kill(*pid));
             }
@@ -180,7 +194,8 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    fn spawn(&mut self, id: RobotId) -> anyhow::Result<()> {
+    fn spawn_next(&mut self) -> anyhow::Result<()> {
+        let Some(id) = self.to_start.pop_front() else { return Ok(()) };
         let child = Command::new(&self.agent_program)
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
