@@ -20,6 +20,8 @@ use crate::stop::StopFlag;
 pub struct Lost {
     /// Whose process it was.
     pub id: RobotId,
+    /// The process.
+    pub pid: u32,
     /// How it ended.
     pub how: String,
 }
@@ -44,7 +46,7 @@ impl Link {
             for line in io::stdin().lock().lines().map_while(Result::ok) {
                 match serde_json::from_str(&line) {
                     Ok(Order::Stop) => stop.raise(SIGTERM),
-                    Ok(Order::Lost { id, how }) => drop(sender.send(Lost { id, how })),
+                    Ok(Order::Lost { id, pid, how }) => drop(sender.send(Lost { id, pid, how })),
                     Err(error) => {
                         tracing::warn!("the supervisor's order `{line}` is not understood: {error}")
                     }

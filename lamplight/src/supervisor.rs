@@ -38,6 +38,9 @@ const LEAVE_TIMEOUT: Duration = Duration::from_secs(3);
 /// How long the arena gets to end the run it was told to end, and write its results.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// How often killed children are looked for.
+const REAP_POLL: Duration = Duration::from_millis(10);
+
 /// What the supervisor wakes up to.
 enum Happening {
     Signal(i32),
@@ -171,7 +174,7 @@ impl<'a> Supervisor<'a> {
             } else if let Some(stopping) = self.stopping {
                 match happenings.recv_timeout(STOP_TIMEOUT.saturating_sub(stopping.since.elapsed())) {
                     Ok(happening) => return Ok(happening),
-                    Err(_) => self.lose_patience(),
+                    Err(_) => self.give_up_on_arena(),
                 }
             } else {
                 return happenings.recv().context("the threads that watch the run have ended");
@@ -182,6 +185,8 @@ impl<'a> Supervisor<'a> {
     fn obey(&mut self, event: Event) -> anyhow::Result<()> {
         match event {
             Event::Ready => self.to_start.extend(self.robots.drain(..)),
+            // Nobody is started into a run that ends.
+            Event::Start(_) if self.stopping.is_some() => {}
             Event::Start(id) => self.to_start.push_back(id),
             Event::End(id) => {
                 self.to_start.retain(|queued| *queued != id);
@@ -228,8 +233,8 @@ impl<'a> Supervisor<'a> {
         }
     }
 
-    /// The arena was told to end the run and has not.
-    fn lose_patience(&mut self) {
+    /// The arena was told to end the run and has not: says what it is doing, and kills it.
+    fn give_up_on_arena(&mut self) {
         if let Some(stopping) = &mut self.stopping {
             stopping.since = Instant::now();
             stopping.at_once = true;
@@ -256,7 +261,7 @@ impl<'a> Supervisor<'a> {
             if pid == self.arena {
                 self.arena_ended = Some(how);
             } else if let Some(id) = self.agents.remove(&pid) {
-                self.order(Order::Lost { id, how });
+                self.order(Order::Lost { id, pid: pid.as_raw_pid().unsigned_abs(), how });
             }
         }
     }
@@ -269,25 +274,25 @@ impl<'a> Supervisor<'a> {
     /// Waits for every child to end, and kills those that stay.
     fn clear_away(&mut self, happenings: &Receiver<Happening>) {
         self.kill_arena();
-        let deadline = Instant::now() + LEAVE_TIMEOUT;
-        let mut killed = false;
         self.reap();
+        let mut deadline = Some(Instant::now() + LEAVE_TIMEOUT);
         while !self.agents.is_empty() || self.arena_ended.is_none() {
-            let left = deadline.saturating_duration_since(Instant::now());
-            match happenings.recv_timeout(left) {
-                Ok(Happening::Signal(SIGCHLD)) => self.reap(),
-                // Somebody is impatient, or nobody came: no more waiting.
-                Ok(Happening::Signal(_)) | Err(RecvTimeoutError::Timeout) if !killed => {
-                    killed = true;
-                    self.agents.keys().copied().for_each(kill);
+            let patience =
+                deadline.map_or(REAP_POLL, |deadline| deadline.saturating_duration_since(Instant::now()));
+            let impatient = match happenings.recv_timeout(patience) {
+                Ok(Happening::Signal(signal)) => signal != SIGCHLD,
+                Ok(Happening::Arena(_) | Happening::ArenaSilent) => false,
+                Err(RecvTimeoutError::Timeout) => true,
+                // The threads that watch have ended; children still do.
+                Err(RecvTimeoutError::Disconnected) => {
+                    thread::sleep(REAP_POLL);
+                    true
                 }
-                // Killed children end; only their SIGCHLD may have been missed.
-                Err(_) => {
-                    thread::sleep(Duration::from_millis(1));
-                    self.reap();
-                }
-                Ok(_) => {}
+            };
+            if impatient && deadline.take().is_some() {
+                self.agents.keys().copied().for_each(kill);
             }
+            self.reap();
         }
     }
 }

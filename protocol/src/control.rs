@@ -33,6 +33,8 @@ pub enum Order {
     Lost {
         /// Whose it was.
         id: RobotId,
+        /// The process.
+        pid: u32,
         /// How it ended, such as `exit status 1` or `signal 9`.
         how: String,
     },

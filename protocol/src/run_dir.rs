@@ -22,6 +22,8 @@ use std::{
     io,
     path::{Path, PathBuf},
     string::{String, ToString},
+    thread,
+    time::Duration,
     vec::Vec,
 };
 
@@ -30,6 +32,10 @@ const SHARED_MEMORY: &str = "/dev/shm";
 const PREFIX: &str = "lamplight-";
 /// Longest name of a run: iceoryx2 adds some 60 characters, a file name ends at 255.
 pub const NAME_MAX: usize = 64;
+
+/// How often, and how far apart, a lock is tried that others may look at for a moment.
+const LOCK_TRIES: u32 = 20;
+const LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// A run's name: 1 to [`NAME_MAX`] letters, digits, `-` and `_`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -89,6 +95,20 @@ pub struct RunLock {
     _file: File,
 }
 
+/// An agent's view of its arena. It is bound to that very arena: another run that takes over the
+/// name does not count.
+#[derive(Debug)]
+pub struct ArenaWatch {
+    lock: File,
+}
+
+impl ArenaWatch {
+    /// Whether the arena lives.
+    pub fn is_alive(&self) -> bool {
+        is_held(&self.lock)
+    }
+}
+
 impl RunDir {
     /// The folder of the run `name`, whether there is one or not.
     pub fn of(name: RunName) -> Self {
@@ -115,10 +135,14 @@ impl RunDir {
         self.lock("arena")
     }
 
-    /// The folder of a run that is alive.
-    pub fn open(name: RunName) -> Result<Self, RunDirError> {
+    /// The folder of a run whose arena lives, and a watch on that arena.
+    pub fn open(name: RunName) -> Result<(Self, ArenaWatch), RunDirError> {
         let dir = Self::of(name);
-        if dir.is_alive() { Ok(dir) } else { Err(RunDirError::NotFound(dir.name)) }
+        let watch = File::open(dir.path().join("arena")).map(|lock| ArenaWatch { lock });
+        match watch {
+            Ok(watch) if watch.is_alive() => Ok((dir, watch)),
+            _ => Err(RunDirError::NotFound(dir.name)),
+        }
     }
 
     /// Every run that has left a trace in shared memory, alive or dead, sorted by name.
@@ -140,11 +164,6 @@ impl RunDir {
         &self.name
     }
 
-    /// Whether the run's arena lives.
-    pub fn is_alive(&self) -> bool {
-        self.is_locked("arena")
-    }
-
     /// Removes what the run has left if it is dead: if it has neither an owner nor an arena.
     /// Returns how many entries there were, or `None` if it is not dead.
     pub fn remove_if_dead(&self) -> Result<Option<usize>, RunDirError> {
@@ -163,20 +182,21 @@ impl RunDir {
     }
 
     fn is_locked(&self, lock: &str) -> bool {
-        match File::open(self.path().join(lock)) {
-            Ok(file) => matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)),
-            Err(_) => false,
-        }
+        File::open(self.path().join(lock)).is_ok_and(|file| is_held(&file))
     }
 
     fn lock(&self, lock: &str) -> Result<RunLock, RunDirError> {
         let path = self.path().join(lock);
         let file = File::create(&path).map_err(failed(&path))?;
-        match file.try_lock() {
-            Ok(()) => Ok(RunLock { _file: file }),
-            Err(TryLockError::WouldBlock) => Err(RunDirError::Alive(self.name.clone())),
-            Err(TryLockError::Error(error)) => Err(failed(&path)(error)),
+        for _ in 0..LOCK_TRIES {
+            match file.try_lock() {
+                Ok(()) => return Ok(RunLock { _file: file }),
+                // Perhaps somebody only looks whether it is locked.
+                Err(TryLockError::WouldBlock) => thread::sleep(LOCK_PAUSE),
+                Err(TryLockError::Error(error)) => return Err(failed(&path)(error)),
+            }
         }
+        Err(RunDirError::Alive(self.name.clone()))
     }
 
     /// Removes the folder and every file with the run's prefix; returns how many entries.
@@ -244,6 +264,19 @@ fn exclusively<T>(act: impl FnOnce() -> Result<T, RunDirError>) -> Result<T, Run
     act()
 }
 
+/// Whether somebody holds the lock on `file`. Looking takes it for a moment if nobody does.
+fn is_held(file: &File) -> bool {
+    match file.try_lock_shared() {
+        Ok(()) => {
+            // A lock that cannot be let go of ends with its descriptor.
+            let _ = file.unlock();
+            false
+        }
+        Err(TryLockError::WouldBlock) => true,
+        Err(TryLockError::Error(_)) => false,
+    }
+}
+
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
     move |error| RunDirError::Io { path: path.to_path_buf(), error }
 }
@@ -272,10 +305,11 @@ mod tests {
     #[test]
     fn a_run_in_use_keeps_its_name_and_a_dead_one_gives_it_back() {
         let (dir, owner) = RunDir::create(name("alive")).unwrap();
-        assert!(!dir.is_alive(), "no arena yet");
+        assert!(RunDir::open(name("alive")).is_err(), "no arena yet");
         assert!(matches!(RunDir::create(name("alive")), Err(RunDirError::Alive(_))));
         let arena = dir.go_live().unwrap();
-        assert!(dir.is_alive());
+        let (_, watch) = RunDir::open(name("alive")).unwrap();
+        assert!(watch.is_alive());
         assert!(matches!(dir.go_live(), Err(RunDirError::Alive(_))), "one arena is enough");
         fs::write(dir.setup_path(), b"left over").unwrap();
         drop(owner);
@@ -285,6 +319,8 @@ mod tests {
         assert!(matches!(RunDir::open(name("alive")), Err(RunDirError::NotFound(_))));
         let (dir, owner) = RunDir::create(name("alive")).unwrap();
         assert!(!dir.setup_path().exists(), "the dead run's files are gone");
+        let _another_arena = dir.go_live().unwrap();
+        assert!(!watch.is_alive(), "a watch is bound to its arena, not to the name");
         dir.remove_own(owner).unwrap();
         assert!(!dir.path().exists());
     }

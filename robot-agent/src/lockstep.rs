@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use protocol::{
     doorbell::{Doorbell, Ring},
-    run_dir::RunDir,
+    run_dir::{ArenaWatch, RunDir},
 };
 
 use crate::{Abandoned, agent::Agent};
@@ -14,9 +14,9 @@ const ALIVE_POLL: Duration = Duration::from_millis(250);
 /// How long rounds may pass it by before it understands that it has been left out.
 const LEFT_OUT: Duration = Duration::from_secs(2);
 
-pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir) -> anyhow::Result<()> {
+pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
     let mut seen = bell.round();
-    let mut answered = Instant::now();
+    let mut passed_by_since = None;
     agent.announce()?;
     bell.answer();
     loop {
@@ -26,13 +26,13 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir) -> anyhow::Re
                 seen = round;
                 if agent.answer()? {
                     bell.answer();
-                    answered = Instant::now();
-                } else if answered.elapsed() > LEFT_OUT {
+                    passed_by_since = None;
+                } else if passed_by_since.get_or_insert_with(Instant::now).elapsed() > LEFT_OUT {
                     return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
                 }
             }
-            // The arena may be waiting for somebody else, or be gone.
-            Ring::Silence if run.is_alive() => answered = Instant::now(),
+            // The arena may be waiting for somebody else.
+            Ring::Silence if arena.is_alive() => {}
             Ring::Silence => {
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }

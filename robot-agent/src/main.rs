@@ -20,7 +20,7 @@ use protocol::{
     codec,
     doorbell::Doorbell,
     robot_id::RobotId,
-    run_dir::{RunDir, RunName},
+    run_dir::{ArenaWatch, RunDir, RunDirError, RunName},
     services::{Medium, ServiceError},
     setup::{AgentSetup, Mode},
 };
@@ -64,22 +64,29 @@ fn main() -> ExitCode {
         .with_ansi(io::stderr().is_terminal())
         .without_time()
         .init();
-    match drive(&cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            if !(cli.quiet && (error.is::<Abandoned>() || is_over(&cli.run))) {
-                // One write, so that the words of many agents do not mix.
-                let _ = io::stderr().write_all(format!("error: {error:#}\n").as_bytes());
-            }
-            ExitCode::FAILURE
-        }
+    let outcome = drive(&cli);
+    let over = is_over(&cli.run);
+    if over && !cli.quiet {
+        // Services that were joined while the run was taken down would stay. Whoever started this
+        // agent by hand is the last who could remove them; a run that is not dead is not touched.
+        let _ = RunDir::of(cli.run.clone()).remove_if_dead();
     }
+    let Err(error) = outcome else { return ExitCode::SUCCESS };
+    let message = match (error.is::<Abandoned>() || error.is::<RunDirError>(), over) {
+        (false, true) => format!("error: run `{}` has ended\n", cli.run),
+        _ => format!("error: {error:#}\n"),
+    };
+    if !(cli.quiet && (over || error.is::<Abandoned>())) {
+        // One write, so that the words of many agents do not mix.
+        let _ = io::stderr().write_all(message.as_bytes());
+    }
+    ExitCode::FAILURE
 }
 
-/// Whether a run has ended, or is about to: then nothing that fails is worth a word.
+/// Whether a run has ended, or is about to: then what failed is of no interest.
 fn is_over(name: &RunName) -> bool {
-    let run = RunDir::of(name.clone());
-    !run.is_alive() || Doorbell::open(&run.doorbell_path()).is_ok_and(|bell| bell.is_closed())
+    RunDir::open(name.clone())
+        .map_or(true, |(run, _)| Doorbell::open(&run.doorbell_path()).is_ok_and(|bell| bell.is_closed()))
 }
 
 /// Why an agent leaves before its run has ended.
@@ -95,23 +102,23 @@ enum Abandoned {
 
 fn drive(cli: &Cli) -> anyhow::Result<()> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
-    let run = RunDir::open(cli.run.clone())?;
-    wait_until_ready(&run)?;
+    let (run, arena) = RunDir::open(cli.run.clone())?;
+    wait_until_ready(&run, &arena)?;
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
     let setup: AgentSetup = codec::decode(&setup)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Medium::enter(&run)?.join(id).map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, setup.controller, ports);
     match setup.mode {
-        Mode::Lockstep => lockstep::run(agent, &bell, &run),
-        Mode::Realtime => realtime::run(agent, &bell, &run, setup.step),
+        Mode::Lockstep => lockstep::run(agent, &bell, &run, &arena),
+        Mode::Realtime => realtime::run(agent, &bell, &run, &arena, setup.step),
     }
 }
 
 /// An agent started by hand may come before the arena has everything laid out.
-fn wait_until_ready(run: &RunDir) -> anyhow::Result<()> {
+fn wait_until_ready(run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
     while !run.doorbell_path().exists() {
-        if !run.is_alive() {
+        if !arena.is_alive() {
             bail!("run `{}` has ended before it began", run.name());
         }
         thread::sleep(READY_POLL);

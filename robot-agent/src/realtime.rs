@@ -6,7 +6,11 @@ use std::{
 };
 
 use anyhow::Context;
-use protocol::{doorbell::Doorbell, run_dir::RunDir, units::Seconds};
+use protocol::{
+    doorbell::Doorbell,
+    run_dir::{ArenaWatch, RunDir},
+    units::Seconds,
+};
 
 use crate::{Abandoned, agent::Agent};
 
@@ -17,7 +21,13 @@ const LEFT_OUT: Duration = Duration::from_secs(10);
 /// Longest nap, so that the end of the run is noticed.
 const NAP: Duration = Duration::from_millis(250);
 
-pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, step: Seconds) -> anyhow::Result<()> {
+pub(crate) fn run(
+    mut agent: Agent,
+    bell: &Doorbell,
+    run: &RunDir,
+    arena: &ArenaWatch,
+    step: Seconds,
+) -> anyhow::Result<()> {
     let period = Duration::try_from_secs_f64(step.get()).context("the run's step is no duration")?;
     agent.announce()?;
     bell.answer();
@@ -37,7 +47,7 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, step: Seconds
         }
         if now - asked.max(answered) > ALIVE_POLL {
             asked = now;
-            if !run.is_alive() {
+            if !arena.is_alive() {
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }
         }

@@ -29,7 +29,7 @@ const OPTIONS: [&str; 2] = ["--duration", "2"];
 fn run_with(misbehave: impl Fn(&AgentPorts, Tick, &Command) -> Honesty) -> Run {
     let run = LiveRun::start("one-gaussian", &[&OPTIONS[..], &["--by-hand", "3"]].concat());
     run.wait_until_open();
-    let folder = RunDir::open(run.name.parse().unwrap()).unwrap();
+    let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Medium::enter(&folder).unwrap();

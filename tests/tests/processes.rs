@@ -5,15 +5,17 @@
 
 use std::{
     io::Read,
-    process::{Output, Stdio},
+    path::PathBuf,
+    process::{Command, Output, Stdio},
     sync::atomic::{AtomicBool, Ordering},
     thread,
+    time::Duration,
 };
 
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal};
 use tests::{
     live::{LiveRun, signal, wait_until},
-    programs::{Run, lamplight, said, scenario},
+    programs::{Run, lamplight, program, said, scenario},
 };
 
 /// Slow enough to be disturbed, fast enough to wait for.
@@ -257,6 +259,56 @@ fn an_agent_started_by_hand_joins_the_run_that_waits_for_it() {
     assert!(agent.wait().unwrap().success());
     let same = Run::of("swarmbots", &["--duration", "2", "--engine", "in-process"]);
     assert_eq!(left.unwrap().digest(), same.digest());
+}
+
+#[test]
+fn a_robot_driven_by_hand_is_restarted_by_hand() {
+    let options =
+        ["--by-hand", "7", "--set", "processes.on_hang=restart", "--speed", "40", "--duration", "160"];
+    let run = LiveRun::start("swarmbots", &options);
+    run.wait_until_open();
+    let mut first = run.agent(7);
+    run.wait_until_moving();
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let mut second = None;
+    wait_until("the run waits for the next life", || {
+        let mut agent = Command::new(program("robot-agent"))
+            .args(["--run", &run.name, "--robot", "7", "--incarnation", "1"])
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        thread::sleep(Duration::from_millis(100));
+        let joined = agent.try_wait().unwrap().is_none();
+        second = Some(agent);
+        joined
+    });
+    let (output, left) = run.finish();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(second.unwrap().wait().unwrap().success());
+    let left = left.unwrap();
+    assert_eq!(left.summary["robots_alive"], 50);
+    assert_eq!(left.robots()[7].incarnation, 1);
+    let incidents = incidents(&left);
+    assert_eq!(incidents.len(), 1, "{incidents:?}");
+    assert!(incidents[0].ends_with("--robot 7 --incarnation 1"), "{incidents:?}");
+}
+
+#[test]
+fn agents_of_a_dead_run_leave_although_its_name_lives_on() {
+    let run = disturbed("exclude");
+    let agents = run.agents();
+    signal(run.supervisor(), Signal::KILL);
+    signal(run.arena().unwrap(), Signal::KILL);
+    let mut again = lamplight(["run", "--quiet", "--speed", "10", "--robots", "2", "--name", &run.name]);
+    let mut again = again.arg(scenario("swarmbots")).stdout(Stdio::null()).spawn().unwrap();
+    wait_until("the old agents have left", || {
+        agents.values().all(|pid| !PathBuf::from(format!("/proc/{}", pid.as_raw_pid())).exists())
+    });
+    assert!(again.try_wait().unwrap().is_none(), "the new run goes on");
+    signal(Pid::from_child(&again), Signal::TERM);
+    assert_eq!(again.wait().unwrap().code(), Some(143));
+    run.finish();
 }
 
 #[test]

@@ -43,6 +43,8 @@ impl Lockstep {
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
         let rung = Instant::now();
+        // Late twice in a row: after a pause of the whole run the first look comes too early.
+        let mut was_late = false;
         loop {
             let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
             missing = self.collect(missing, tick, answers)?;
@@ -52,13 +54,14 @@ impl Lockstep {
             let late = rung.elapsed() > self.members.hang_timeout;
             let mut waited_for = Vec::new();
             for index in missing {
-                if late {
+                if was_late && late {
                     self.members.give_up_on(index, tick)?;
                 } else if !self.members.bury_if_dead(index, tick)? {
                     waited_for.push(index);
                 }
             }
             missing = waited_for;
+            was_late = late;
             if announced {
                 thread::sleep(EARLY_RING);
             }

@@ -152,13 +152,16 @@ impl Members {
     /// Takes in agents that have joined since the last call; their first commands become answers.
     /// Does away with those who will not come.
     pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
-        for Lost { id, how } in self.hosting.link.lost().collect::<Vec<_>>() {
+        for Lost { id, pid, how } in self.hosting.link.lost().collect::<Vec<_>>() {
             let index = id.index as usize;
             let Some(member) = self.members.get(index).filter(|member| member.id == id) else { continue };
             let what = match member.presence {
                 Presence::Expected { .. } => format!("the agent of {id} ended before it joined ({how})"),
-                Presence::Present => format!("{} died after tick {tick} ({how})", member.named()),
-                Presence::Out => continue,
+                // Another process may have wanted to drive this robot, and been refused.
+                Presence::Present if member.process.is_some_and(|process| process.pid() == pid) => {
+                    format!("{} died after tick {tick} ({how})", member.named())
+                }
+                Presence::Present | Presence::Out => continue,
             };
             self.miss(index, tick, what)?;
         }
@@ -254,6 +257,12 @@ impl Members {
         }
     }
 
+    /// The life of robot `index` that takes part, if one does.
+    pub(super) fn life(&self, index: usize) -> Option<RobotId> {
+        let member = &self.members[index];
+        (member.presence == Presence::Present).then_some(member.id)
+    }
+
     pub(super) fn standings(&self) -> Vec<Standing> {
         let standing = |member: &Member| Standing {
             id: member.id,
@@ -270,12 +279,18 @@ impl Members {
 
     /// The hang policy.
     fn miss(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
-        let Member { id, refused, .. } = self.members[index];
+        let (id, refused) = (self.members[index].id, self.members[index].refused);
+        let (by_hand, next) = (self.is_by_hand(index), id.reborn());
         let consequence = match self.on_hang {
             OnHang::Fail => return Err(SquadError(what)),
-            OnHang::Exclude => "it is left out from here on",
-            OnHang::Restart if self.is_by_hand(index) => "the arena waits for another agent in its place",
-            OnHang::Restart => "it is restarted",
+            OnHang::Exclude => "it is left out from here on".into(),
+            OnHang::Restart if by_hand => format!(
+                "the run goes on until it is there again: robot-agent --run {} --robot {} --incarnation {}",
+                self.hosting.run.name(),
+                next.index,
+                next.incarnation
+            ),
+            OnHang::Restart => "it is restarted".into(),
         };
         let what = format!("{what}; {consequence}");
         tracing::warn!("{what}");
@@ -283,12 +298,14 @@ impl Members {
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
         self.hosting.link.tell(&Event::End(id));
-        // The old life's services go first: descriptors do not grow with restarts.
+        // The old life's ports go first: descriptors do not grow with restarts.
         self.members[index] = Member { id, ports: None, process: None, presence: Presence::Out, refused };
         if self.on_hang == OnHang::Restart {
             self.members[index] =
-                Member { refused, ..Member::hosted(&self.medium, id.reborn(), self.deliveries_max)? };
-            self.hosting.link.tell(&Event::Start(id.reborn()));
+                Member { refused, ..Member::hosted(&self.medium, next, self.deliveries_max)? };
+            if !by_hand {
+                self.hosting.link.tell(&Event::Start(next));
+            }
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Processes on their own timers: the arena takes what has arrived and never waits.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use arena::scenario::Scenario;
 use protocol::{
@@ -20,11 +20,16 @@ use crate::stop::StopFlag;
 /// robot stands still and is silent.
 const HOLD_TICKS: Tick = 3;
 
+/// The arena looks every tick; after a gap like this, and longer than a tick, it was itself away.
+const ABSENCE: Duration = Duration::from_millis(500);
+
 /// Agents that answer when they get to it.
 #[derive(Debug)]
 pub struct Realtime {
     members: Members,
     latest: Vec<Option<Latest>>,
+    /// When the arena last looked.
+    looked: Instant,
 }
 
 /// The last command of one agent.
@@ -42,7 +47,7 @@ impl Realtime {
     /// Opens the run to agents.
     pub fn open(scenario: &Scenario, hosting: Hosting) -> Result<Self, SquadError> {
         let members = Members::open(scenario, Mode::Realtime, hosting)?;
-        Ok(Self { members, latest: vec![None; scenario.robot_count() as usize] })
+        Ok(Self { members, latest: vec![None; scenario.robot_count() as usize], looked: Instant::now() })
     }
 
     /// Takes in the newest command of agent `index`, if a new one has come.
@@ -58,6 +63,15 @@ impl Realtime {
             Heard::Nothing => {}
         }
         Ok(())
+    }
+
+    /// If the arena itself was away (stopped, or starved), nobody is to blame for that time.
+    fn forgive_own_absence(&mut self) {
+        let away = self.looked.elapsed();
+        self.looked = Instant::now();
+        if away > ABSENCE {
+            self.latest.iter_mut().flatten().for_each(|latest| latest.arrived += away);
+        }
     }
 
     fn note(&mut self, index: usize, tick: Tick, answers: Option<Tick>, command: Command) {
@@ -79,6 +93,7 @@ impl Squad for Realtime {
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
+        self.forgive_own_absence();
         answers.fill(None);
         for index in self.members.send(percepts)? {
             self.hear(index, tick)?;
@@ -91,9 +106,14 @@ impl Squad for Realtime {
             }
         }
         self.members.welcome(tick, answers)?;
-        for (index, command) in answers.iter().enumerate() {
-            if let (Some(command), None) = (command, self.latest[index]) {
-                self.note(index, tick, None, *command);
+        for (index, answer) in answers.iter_mut().enumerate() {
+            let life = self.members.life(index);
+            let speaks = |command: &Command| Some(command.packet.sender) == life;
+            // What an ended life has said no longer stands; what a new one says first, does.
+            self.latest[index] = self.latest[index].filter(|latest| speaks(&latest.command));
+            *answer = answer.filter(speaks);
+            if let (Some(command), None) = (*answer, self.latest[index]) {
+                self.note(index, tick, None, command);
             }
         }
         Ok(())
