@@ -5,7 +5,6 @@
 
 use std::{
     io::Read,
-    path::PathBuf,
     process::{Command, Output, Stdio},
     sync::atomic::{AtomicBool, Ordering},
     thread,
@@ -300,10 +299,21 @@ fn agents_of_a_dead_run_leave_although_its_name_lives_on() {
     let agents = run.agents();
     signal(run.supervisor(), Signal::KILL);
     signal(run.arena().unwrap(), Signal::KILL);
-    let mut again = lamplight(["run", "--quiet", "--speed", "10", "--robots", "2", "--name", &run.name]);
-    let mut again = again.arg(scenario("swarmbots")).stdout(Stdio::null()).spawn().unwrap();
+    let mut again = None;
+    wait_until("the name is free", || {
+        let mut command =
+            lamplight(["run", "--quiet", "--speed", "10", "--robots", "2", "--name", &run.name]);
+        let mut next =
+            command.arg(scenario("swarmbots")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        thread::sleep(Duration::from_millis(200));
+        let goes_on = next.try_wait().unwrap().is_none();
+        again = Some(next);
+        goes_on
+    });
+    let mut again = again.unwrap();
     wait_until("the old agents have left", || {
-        agents.values().all(|pid| !PathBuf::from(format!("/proc/{}", pid.as_raw_pid())).exists())
+        let alive = run.agents();
+        agents.values().all(|old| alive.values().all(|pid| pid != old))
     });
     assert!(again.try_wait().unwrap().is_none(), "the new run goes on");
     signal(Pid::from_child(&again), Signal::TERM);
