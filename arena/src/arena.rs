@@ -128,11 +128,6 @@ impl Arena {
         &self.heard
     }
 
-    /// Packets since the start.
-    pub fn packets(&self) -> Packets {
-        self.packets
-    }
-
     /// The digest of everything so far.
     pub fn digest(&self) -> String {
         self.digest.hex()
