@@ -9,6 +9,7 @@
 pub mod arena;
 pub mod channel;
 pub mod digest;
+pub mod fault;
 pub mod field;
 pub mod frame;
 mod grid;

@@ -7,31 +7,44 @@
 //! the tree, the tree becomes `tables` of checked numbers, and `check` asks what no single value can
 //! answer. Reading the file in `load` is the only I/O of this crate.
 
+#[macro_use]
+mod number;
+mod channel;
 mod check;
 mod document;
 mod error;
 mod explain;
+mod fault_check;
+mod faults;
+mod light;
 mod load;
-mod number;
 mod overrides;
+mod robot_set;
 mod schema;
 mod tables;
 
-use std::path::Path;
+use std::{num::NonZeroU32, path::Path};
 
 use protocol::setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Mode};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use channel::{Access, Capture, ChannelModel, ChannelSpec, Profile};
 pub use check::MAX_GAIN_STEP;
 pub use error::{Place, ScenarioError};
-pub use number::{Finite, MAX_ROBOTS, NonNegative, Positive, Refused, RobotCount, Xy};
+pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
+pub use light::{LightSensor, LightSpec};
+pub use number::{
+    DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, Positive, Probability, Refused,
+    RobotCount, Share, Xy,
+};
 pub use overrides::{Override, OverrideError};
+pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
 pub use schema::schema_json;
 pub use tables::{
-    ArenaSpec, ChannelModel, ChannelSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec,
-    GradientSource, LampSpec, OnHang, OutputSpec, ProcessesSpec, RobotsSpec,
+    ArenaSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec, GradientSource, LampSpec,
+    OnHang, OutputSpec, ProcessesSpec, RobotsSpec,
 };
 
 use document::Document;
@@ -60,9 +73,12 @@ pub struct Scenario {
     /// The sensory function φ.
     #[serde(default)]
     pub field: FieldSpec,
+    /// What a robot senses the light with.
+    #[serde(default)]
+    pub light: LightSpec,
     /// The controller every robot runs.
     pub controller: ControllerSpec,
-    /// Who hears whom.
+    /// Who hears whom, and how well.
     pub channel: ChannelSpec,
     /// When the swarm counts as converged.
     #[serde(default)]
@@ -73,6 +89,12 @@ pub struct Scenario {
     /// What is recorded.
     #[serde(default)]
     pub output: OutputSpec,
+    /// The fault plan: what shall go wrong, in the order in which faults see each packet and robot.
+    #[serde(default)]
+    pub fault: Vec<FaultSpec>,
+    /// Bounds of random fault plans, for `lamplight fuzz`.
+    #[serde(default)]
+    pub fuzz: FuzzSpec,
 }
 
 impl Scenario {
@@ -85,9 +107,48 @@ impl Scenario {
         }
         check::robot_count(&scenario.robots)
             .map(|count| scenario.robots.count = Some(count))
-            .and_then(|()| check::check(&scenario))
+            .and_then(|()| check::given(&scenario))
+            .and_then(|()| {
+                scenario = scenario.clone().filled();
+                check::check(&scenario)
+            })
             .map_err(|problem| document.blame(problem))?;
+        for (index, fault) in scenario.fault.iter_mut().enumerate() {
+            fault.origin = Origin(Some(document.place_of(&format!("fault.{index}.kind"))));
+        }
         Ok(scenario)
+    }
+
+    /// The same with every default that depends on other keys written out.
+    fn filled(mut self) -> Self {
+        self.channel = self.channel.filled(self.step_s);
+        self.light = self.light.filled();
+        let patience = match self.channel.access {
+            Some(Access::Instant) => NonZeroU32::MIN,
+            _ => constant!(NonZeroU32, 4),
+        };
+        self.controller.neighbor_timeout_cycles.get_or_insert(patience);
+        self
+    }
+
+    /// Length of a neighbor cycle, seconds.
+    pub fn cycle_s(&self) -> f64 {
+        self.channel.cycle_s.unwrap_or(self.step_s).get()
+    }
+
+    /// The neighbor cycle that tick `tick` lies in, counted from 0.
+    pub fn cycle_of(&self, tick: u64) -> u64 {
+        (tick as f64 * self.step_s.get() / self.cycle_s() + channel::ROUNDING) as u64
+    }
+
+    /// Whether a neighbor cycle begins at this tick: agents then get a percept, and answer it.
+    pub fn begins_cycle(&self, tick: u64) -> bool {
+        tick == 0 || self.cycle_of(tick) != self.cycle_of(tick - 1)
+    }
+
+    /// The tick nearest to a time.
+    pub fn tick_at(&self, time_s: f64) -> u64 {
+        (time_s / self.step_s.get()).round() as u64
     }
 
     /// Number of ticks in the run: `duration_s` over `step_s`, rounded, at least 1.
@@ -112,7 +173,8 @@ impl Scenario {
 
     /// What each robot is told before its first tick: the same for all, and silent about how many there are.
     pub fn agent_setup(&self, mode: Mode) -> AgentSetup {
-        AgentSetup { mode, step: seconds(self.step_s), controller: self.controller_setup() }
+        let cycle = seconds(self.channel.cycle_s.unwrap_or(self.step_s));
+        AgentSetup { mode, cycle, controller: self.controller_setup() }
     }
 
     /// The scenario as a file, with every default written out; it parses to an equal scenario.
@@ -140,9 +202,15 @@ impl Scenario {
                 close_distance: meters(spec.close_distance_m),
                 cap: spec.cell_cap_m.map(meters),
             },
-            // Every robot transmits once a tick, so a neighbor cycle is a tick.
-            neighbor_timeout_ticks: spec.neighbor_timeout_cycles.get(),
+            neighbor_timeout_ticks: self.neighbor_timeout_ticks(),
         }
+    }
+
+    /// Rounded down, so that silence of as many cycles is always seen; at least 1.
+    fn neighbor_timeout_ticks(&self) -> u32 {
+        let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
+        let ticks = f64::from(cycles) * self.cycle_s() / self.step_s.get() + channel::ROUNDING;
+        (ticks as u32).max(1)
     }
 }
 

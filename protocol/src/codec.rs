@@ -72,7 +72,7 @@ mod tests {
         let meters = |value| Meters::new(value).unwrap();
         AgentSetup {
             mode: Mode::Lockstep,
-            step: Seconds::new(0.5).unwrap(),
+            cycle: Seconds::new(0.5).unwrap(),
             controller: ControllerSetup {
                 law: Law::Linear,
                 gain_per_s: 1.0,

@@ -26,7 +26,8 @@ const LOCALIZATION: u8 = 1;
 const HEADER_BYTES: usize = 12;
 const LIGHT_BYTES: usize = 4;
 const CRC_BYTES: usize = 2;
-const LOCALIZATION_BYTES: usize = HEADER_BYTES + LIGHT_BYTES + CRC_BYTES;
+/// Length of the frame of a localization packet, in bytes.
+pub const LOCALIZATION_BYTES: usize = HEADER_BYTES + LIGHT_BYTES + CRC_BYTES;
 const _: () = assert!(LOCALIZATION_BYTES <= PACKET_BYTES_MAX);
 
 const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);

@@ -72,8 +72,8 @@ pub enum Mode {
 pub struct AgentSetup {
     /// How to keep time.
     pub mode: Mode,
-    /// Length of a tick.
-    pub step: Seconds,
+    /// Length of a neighbor cycle: how often an agent hears of the world and answers.
+    pub cycle: Seconds,
     /// Parameters of the mind.
     pub controller: ControllerSetup,
 }

@@ -111,7 +111,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     let agent = Agent::new(id, setup.controller, ports);
     match setup.mode {
         Mode::Lockstep => lockstep::run(agent, &bell, &run, &arena),
-        Mode::Realtime => realtime::run(agent, &bell, &run, &arena, setup.step),
+        Mode::Realtime => realtime::run(agent, &bell, &run, &arena, setup.cycle),
     }
 }
 

@@ -10,8 +10,11 @@ use protocol::setup::Law;
 
 use super::Scenario;
 use super::document::Problem;
+use super::channel::{Access, ChannelModel, ChannelSpec, ROUNDING};
+use super::fault_check;
+use super::light::LightSensor;
 use super::number::RobotCount;
-use super::tables::{ChannelModel, ChannelSpec, ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
+use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
 pub const MAX_GAIN_STEP: f64 = 1.5;
@@ -45,6 +48,28 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
     }
 }
 
+/// Does every key that is given mean something? To be asked before defaults are filled in.
+pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
+    let (channel, light) = (&scenario.channel, &scenario.light);
+    if channel.model == ChannelModel::Voronoi {
+        let keys = [("range_m", channel.range_m.is_some()), ("soft_edge_m", channel.soft_edge_m.is_some())];
+        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
+            return Err(without_meaning(&format!("channel.{key}"), "channel.model", "voronoi"));
+        }
+    }
+    if let Some(key) = channel.meaningless_with_access().next() {
+        let (choice, chosen) = match channel.access {
+            Some(access) => ("channel.access", name(&access)),
+            None => ("channel.profile", name(&channel.profile)),
+        };
+        return Err(without_meaning(&format!("channel.{key}"), choice, &chosen));
+    }
+    match light.meaningless_without_ring().next() {
+        Some(key) => Err(without_meaning(&format!("light.{key}"), "light.sensor", "ideal")),
+        None => Ok(()),
+    }
+}
+
 /// Everything else, from the first table to the last.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     time(scenario)?;
@@ -57,7 +82,12 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     gain(scenario)?;
     gradient(&scenario.controller)?;
     bounded_cells(scenario)?;
-    range(&scenario.channel)
+    light(scenario)?;
+    reach(&scenario.channel)?;
+    cycle(scenario)?;
+    air(&scenario.channel)?;
+    measurement(&scenario.channel)?;
+    fault_check::plan(scenario)
 }
 
 fn time(scenario: &Scenario) -> Result<(), Problem> {
@@ -191,17 +221,20 @@ fn bounded_cells(scenario: &Scenario) -> Result<(), Problem> {
     })
 }
 
+/// A command stands for a whole neighbor cycle.
 fn gain(scenario: &Scenario) -> Result<(), Problem> {
-    let gain_per_s = scenario.controller.gain_per_s.get();
-    let product = gain_per_s * scenario.step_s.get();
+    let (gain_per_s, cycle_s) = (scenario.controller.gain_per_s.get(), scenario.cycle_s());
+    let product = gain_per_s * cycle_s;
+    let span = if cycle_s == scenario.step_s.get() { "step_s" } else { "channel.cycle_s" };
     ensure(product <= MAX_GAIN_STEP, || {
         let message = format!(
-            "gain_per_s × step_s = {} exceeds {MAX_GAIN_STEP}, beyond which the Euler step overshoots; \
-             lower one of them, e.g. step_s <= {}",
+            "gain_per_s × {} = {} exceeds {MAX_GAIN_STEP}, beyond which the Euler step overshoots; \
+             lower one of them, e.g. {span} <= {}",
+            span.rsplit('.').next().unwrap_or(span),
             short(product),
             floor_to_three_digits(MAX_GAIN_STEP / gain_per_s)
         );
-        problem(&["controller.gain_per_s", "step_s"], message)
+        problem(&["controller.gain_per_s", span], message)
     })
 }
 
@@ -217,16 +250,120 @@ fn gradient(controller: &ControllerSpec) -> Result<(), Problem> {
     }
 }
 
-fn range(channel: &ChannelSpec) -> Result<(), Problem> {
-    match (channel.model, channel.range_m) {
-        (ChannelModel::Range, None) => {
-            Err(problem(&["channel.model"], "channel.model = \"range\" needs `range_m` in [channel]"))
-        }
-        (ChannelModel::Voronoi, Some(_)) => {
-            Err(without_meaning("channel.range_m", "channel.model", "voronoi"))
-        }
-        (ChannelModel::Range, Some(_)) | (ChannelModel::Voronoi, None) => Ok(()),
+fn light(scenario: &Scenario) -> Result<(), Problem> {
+    if scenario.light.sensor != LightSensor::Ring {
+        return Ok(());
     }
+    ensure(!scenario.field.lamp.is_empty(), || {
+        problem(&["light.sensor"], "light.sensor = \"ring\" needs lamps, and the field has none")
+    })?;
+    ensure(scenario.controller.gradient == GradientSource::Fixed, || {
+        problem(
+            &["light.sensor", "controller.gradient"],
+            "a ring of diodes tells a direction, but no gradient: it needs controller.gradient = \"fixed\"",
+        )
+    })
+}
+
+fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
+    let (ChannelModel::Range, range_m) = (channel.model, channel.range_m) else { return Ok(()) };
+    let Some(range_m) = range_m else {
+        return Err(problem(
+            &["channel.model"],
+            "channel.model = \"range\" needs `range_m` in [channel]",
+        ));
+    };
+    let edge_m = channel.soft_edge_m.map_or(0.0, |edge| edge.get());
+    ensure(edge_m <= range_m.get(), || {
+        let message = format!("the soft edge of {edge_m} m is wider than the range of {} m", range_m.get());
+        problem(&["channel.soft_edge_m", "channel.range_m"], message)
+    })
+}
+
+fn cycle(scenario: &Scenario) -> Result<(), Problem> {
+    let (cycle_s, step_s, duration_s) =
+        (scenario.cycle_s(), scenario.step_s.get(), scenario.duration_s.get());
+    ensure(cycle_s >= step_s * (1.0 - ROUNDING), || {
+        let message = format!(
+            "channel.cycle_s = {cycle_s} is shorter than a tick, step_s = {step_s}; lower step_s"
+        );
+        problem(&["channel.cycle_s", "step_s"], message)
+    })?;
+    ensure(cycle_s <= duration_s, || {
+        let message =
+            format!("channel.cycle_s = {cycle_s} is longer than the whole run, duration_s = {duration_s}");
+        problem(&["channel.cycle_s", "channel.profile", "duration_s"], message)
+    })
+}
+
+/// Packets of one robot never overlap, and each fits where it is to be.
+fn air(channel: &ChannelSpec) -> Result<(), Problem> {
+    let (Some(access), Some(cycle_s), Some(airtime_s)) = (channel.access, channel.cycle_s, channel.airtime_s)
+    else {
+        return Ok(());
+    };
+    let (cycle_s, airtime_s) = (cycle_s.get(), airtime_s.get());
+    ensure(airtime_s <= cycle_s, || {
+        let message = format!(
+            "a packet of channel.airtime_s = {airtime_s} is longer than the cycle, channel.cycle_s = {cycle_s}"
+        );
+        problem(&["channel.airtime_s", "channel.cycle_s", "channel.profile"], message)
+    })?;
+    let fits = |needed_s: f64| needed_s <= cycle_s * (1.0 + ROUNDING);
+    match access {
+        Access::Random | Access::Aligned => {
+            let guard_s = channel.guard_s.map_or(airtime_s, |guard| guard.get());
+            ensure((airtime_s..=cycle_s).contains(&guard_s), || {
+                let message = format!(
+                    "channel.guard_s = {guard_s} is not between airtime_s = {airtime_s} (a packet ends in its \
+                     own cycle) and cycle_s = {cycle_s}"
+                );
+                problem(&["channel.guard_s", "channel.airtime_s"], message)
+            })
+        }
+        Access::Slotted => {
+            let slots = channel.slots.map_or(1, |slots| slots.get());
+            ensure(fits(f64::from(slots) * airtime_s), || {
+                let message = format!(
+                    "{slots} slots of channel.airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
+                );
+                problem(&["channel.slots", "channel.airtime_s"], message)
+            })
+        }
+        Access::FixedPhase => {
+            let jitter_s = channel.jitter_s.map_or(0.0, |jitter| jitter.get());
+            ensure(fits(jitter_s + airtime_s), || {
+                let message = format!(
+                    "channel.jitter_s = {jitter_s} and airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
+                );
+                problem(&["channel.jitter_s", "channel.airtime_s"], message)
+            })
+        }
+        Access::Instant => Ok(()),
+    }
+}
+
+fn measurement(channel: &ChannelSpec) -> Result<(), Problem> {
+    let bounded = [
+        ("sigma_range", channel.sigma_range, 1.0),
+        ("sigma_bearing_deg", channel.sigma_bearing_deg, 180.0),
+        ("sigma_orientation_deg", channel.sigma_orientation_deg, 180.0),
+        ("bearing_step_deg", channel.bearing_step_deg, 360.0),
+        ("orientation_step_deg", channel.orientation_step_deg, 360.0),
+    ];
+    for (key, value, most) in bounded {
+        let value = value.map_or(0.0, |value| value.get());
+        ensure(value <= most, || {
+            problem(&[&format!("channel.{key}")], format!("channel.{key} = {value} is more than {most}"))
+        })?;
+    }
+    Ok(())
+}
+
+/// As the file spells it.
+fn name(choice: &impl serde::Serialize) -> String {
+    let value = toml::Value::try_from(choice).expect("a choice is a name");
+    value.as_str().unwrap_or_default().to_owned()
 }
 
 fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
@@ -234,7 +371,7 @@ fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
         .hint(format!("remove it (on the command line: --set {path}=)"))
 }
 
-fn problem(paths: &[&str], message: impl Into<String>) -> Problem {
+pub(super) fn problem(paths: &[&str], message: impl Into<String>) -> Problem {
     Problem {
         paths: paths.iter().map(|path| path.to_string()).collect(),
         message: message.into(),
@@ -242,7 +379,7 @@ fn problem(paths: &[&str], message: impl Into<String>) -> Problem {
     }
 }
 
-fn ensure(holds: bool, problem: impl FnOnce() -> Problem) -> Result<(), Problem> {
+pub(super) fn ensure(holds: bool, problem: impl FnOnce() -> Problem) -> Result<(), Problem> {
     if holds { Ok(()) } else { Err(problem()) }
 }
 

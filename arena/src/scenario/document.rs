@@ -101,6 +101,11 @@ impl<'a> Document<'a> {
         self.source.place(span)
     }
 
+    /// Where the value at a path was written, or the innermost table that would hold it.
+    pub(super) fn place_of(&self, path: &str) -> Place {
+        self.source.place(&self.nearest(path))
+    }
+
     /// The path, joined by dots, of the key or value with this span; empty for the whole document.
     pub(super) fn path_of(&self, span: &Span) -> String {
         path_of(&self.root, span).unwrap_or_default().join(".")

@@ -18,6 +18,13 @@ pub struct Refused {
     got: String,
 }
 
+/// A constant of its kind, or the crate does not compile.
+macro_rules! constant {
+    ($kind:ident, $value:literal) => {
+        const { $kind::new($value).expect("the constant is of its kind") }
+    };
+}
+
 macro_rules! number {
     ($(#[$doc:meta])* $name:ident, $wanted:literal, $value:ident => $accepted:expr, $schema:tt) => {
         $(#[$doc])*
@@ -83,6 +90,20 @@ number!(
     { "type": "number", "minimum": 0 }
 );
 number!(
+    /// A chance: from 0 to 1.
+    Probability,
+    "a probability from 0 to 1",
+    value => value >= 0.0 && value <= 1.0,
+    { "type": "number", "minimum": 0, "maximum": 1 }
+);
+number!(
+    /// Part of a whole: above 0, at most 1.
+    Share,
+    "a share above 0, at most 1",
+    value => value > 0.0 && value <= 1.0,
+    { "type": "number", "exclusiveMinimum": 0, "maximum": 1 }
+);
+number!(
     /// Any number but NaN and the infinities.
     Finite,
     "a finite number",
@@ -90,53 +111,86 @@ number!(
     { "type": "number" }
 );
 
-/// How many robots: from 1 to [`MAX_ROBOTS`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "i64", into = "u32")]
-pub struct RobotCount(u32);
+macro_rules! count {
+    ($(#[$doc:meta])* $name:ident, $things:literal, $least:expr, $most:expr) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(try_from = "i64", into = "u32")]
+        pub struct $name(u32);
 
-impl RobotCount {
-    /// `None` for 0 and for more than [`MAX_ROBOTS`].
-    pub const fn new(count: u32) -> Option<Self> {
-        if 1 <= count && count <= MAX_ROBOTS { Some(Self(count)) } else { None }
-    }
+        impl $name {
+            /// `None` for fewer or more than that.
+            pub const fn new(count: u32) -> Option<Self> {
+                if $least <= count && count <= $most { Some(Self(count)) } else { None }
+            }
 
-    /// The plain count.
-    pub const fn get(self) -> u32 {
-        self.0
-    }
+            /// The plain count.
+            pub const fn get(self) -> u32 {
+                self.0
+            }
+        }
+
+        impl TryFrom<i64> for $name {
+            type Error = Refused;
+
+            fn try_from(count: i64) -> Result<Self, Refused> {
+                u32::try_from(count).ok().and_then(Self::new).ok_or_else(|| Refused {
+                    wanted: format!("from {} to {} {}", $least, $most, $things).into(),
+                    got: count.to_string(),
+                })
+            }
+        }
+
+        impl From<$name> for u32 {
+            fn from(count: $name) -> u32 {
+                count.0
+            }
+        }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn inline_schema() -> bool {
+                true
+            }
+
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                json_schema!({ "type": "integer", "minimum": $least, "maximum": $most })
+            }
+        }
+    };
 }
 
-impl TryFrom<i64> for RobotCount {
-    type Error = Refused;
-
-    fn try_from(count: i64) -> Result<Self, Refused> {
-        u32::try_from(count).ok().and_then(Self::new).ok_or_else(|| Refused {
-            wanted: format!("from 1 to {MAX_ROBOTS} robots").into(),
-            got: count.to_string(),
-        })
-    }
-}
-
-impl From<RobotCount> for u32 {
-    fn from(count: RobotCount) -> u32 {
-        count.0
-    }
-}
-
-impl JsonSchema for RobotCount {
-    fn schema_name() -> Cow<'static, str> {
-        "RobotCount".into()
-    }
-
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": "integer", "minimum": 1, "maximum": MAX_ROBOTS })
-    }
-}
+count!(
+    /// How many robots: from 1 to [`MAX_ROBOTS`].
+    RobotCount,
+    "robots",
+    1,
+    MAX_ROBOTS
+);
+count!(
+    /// How many photodiodes: two tell no direction, 64 are more than any robot has.
+    DiodeCount,
+    "diodes",
+    3,
+    64
+);
+count!(
+    /// How many bits of a packet are flipped: at most all of them.
+    FlipCount,
+    "bits",
+    1,
+    8 * protocol::packet::LOCALIZATION_BYTES as u32
+);
+count!(
+    /// How many faults a random plan may have.
+    FaultCount,
+    "faults",
+    1,
+    64
+);
 
 /// Two numbers along the arena's axes, written `[x, y]`.
 ///

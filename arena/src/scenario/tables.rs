@@ -11,8 +11,9 @@ use super::number::{Finite, NonNegative, Positive, RobotCount, Xy};
 use super::schema::LawName;
 
 /// Every table at the top of a scenario file.
-pub(super) const TABLES: [&str; 8] =
-    ["arena", "robots", "field", "controller", "channel", "convergence", "processes", "output"];
+pub(super) const TABLES: [&str; 10] = [
+    "arena", "robots", "field", "light", "controller", "channel", "convergence", "processes", "output", "fuzz",
+];
 
 /// The arena: a rectangle with walls, [0, width] x [0, height].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -111,9 +112,9 @@ pub struct ControllerSpec {
     pub gradient: GradientSource,
     /// Magnitude of the gradient, sensor counts per meter; with `gradient = "fixed"` and only there.
     pub gradient_magnitude_per_m: Option<Positive>,
-    /// A neighbor not heard for this many neighbor cycles is forgotten.
-    #[serde(default = "four_cycles")]
-    pub neighbor_timeout_cycles: NonZeroU32,
+    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4, or 1 on a channel with
+    /// `access = "instant"`, which loses nothing by itself, so that silence means gone.
+    pub neighbor_timeout_cycles: Option<NonZeroU32>,
     /// Base in meters of the triangle that closes the cell of a robot with all neighbors on one bearing.
     #[serde(default = "triangle_side")]
     pub triangle_base_m: Positive,
@@ -136,28 +137,6 @@ pub enum GradientSource {
     Measured,
     /// Its magnitude is fixed, its direction is towards the stimulus (Section V).
     Fixed,
-}
-
-/// Who hears whom.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ChannelSpec {
-    /// What decides who hears whom.
-    #[serde(default)]
-    pub model: ChannelModel,
-    /// Distance in meters up to which a packet is heard; with `model = "range"` and only there.
-    pub range_m: Option<Positive>,
-}
-
-/// What decides who hears whom.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ChannelModel {
-    /// Every robot within range is heard.
-    #[default]
-    Range,
-    /// Every Voronoi neighbor is heard, however far: the paper's assumption.
-    Voronoi,
 }
 
 /// When the swarm counts as converged.
@@ -220,13 +199,6 @@ fn duration(seconds: Positive) -> Duration {
     Duration::try_from_secs_f64(seconds.get()).unwrap_or(Duration::MAX)
 }
 
-/// A default of its kind, or the crate does not compile.
-macro_rules! constant {
-    ($kind:ident, $value:literal) => {
-        const { $kind::new($value).expect("the default is of its kind") }
-    };
-}
-
 impl Default for FieldSpec {
     fn default() -> Self {
         Self { offset: constant!(Finite, 0.0), gaussian: Vec::new(), lamp: Vec::new() }
@@ -269,10 +241,6 @@ fn unit_strength() -> Finite {
 
 fn linear() -> Law {
     Law::Linear
-}
-
-fn four_cycles() -> NonZeroU32 {
-    constant!(NonZeroU32, 4)
 }
 
 fn triangle_side() -> Positive {
