@@ -115,8 +115,9 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
-        let percepts = self.arena.tick(&self.answers);
-        self.squad.exchange(percepts, &mut self.answers)?;
+        if let Some(percepts) = self.arena.tick(&self.answers) {
+            self.squad.exchange(percepts, &mut self.answers)?;
+        }
         self.tick_ns.saturating_record(began.elapsed().as_nanos() as u64);
         Ok(())
     }

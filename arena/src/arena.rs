@@ -1,40 +1,61 @@
 //! One tick of the world: commands in, percepts out.
 
+use std::{
+    collections::{BTreeMap, VecDeque},
+    mem,
+};
+
 use arrayvec::ArrayVec;
 use protocol::{
     command::Command,
+    packet::Packet,
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
-    setup::Law,
+    setup::{Law, Mode},
     units::{Meters, Radians, wrapped},
 };
 
 use crate::{
-    channel::Channel,
+    channel::{Channel, Crowding, Moment, Reception},
     digest::Digest,
+    fault::{FaultPlan, Passage, Strike, ledger::Line},
     field::Field,
-    frame::{ArenaPoint, Pose},
-    measurement::measured,
-    metrics::{Metrics, Packets, Partition, estimated_errors, mean_lamp_distance},
+    frame::Pose,
+    hearing::Hearing,
+    light::LightSensors,
+    measurement::Measurement,
+    metrics::{Metrics, Observer},
+    packets::Packets,
     placement::{self, PlacementError},
+    random::{Draws, Purpose},
     scenario::Scenario,
     voronoi::walls_around,
     world::World,
 };
 
-/// The physical world, the infrared medium and the lamps of one run.
+/// The physical world, the infrared medium, the lamps and the fault plan of one run.
 #[derive(Debug)]
 pub struct Arena {
+    scenario: Scenario,
     world: World,
     field: Field,
+    sensors: LightSensors,
     channel: Channel,
-    size_m: [f64; 2],
-    step_s: f64,
-    boundary_sensing: bool,
-    /// Only the `exact` law is shown the field.
-    shows_field: bool,
-    /// The tick whose percepts stand; `None` before the first.
+    measurement: Measurement,
+    plan: FaultPlan,
+    hearing: Hearing,
+    /// The tick that has been played last; `None` before the first.
     tick: Option<Tick>,
+    /// What each robot does: its last command, once it has come into force.
+    commands: Vec<Option<Command>>,
+    /// Answers that a fault holds back, and when they come into force.
+    held_back: Vec<VecDeque<(Tick, Command)>>,
+    /// What each robot has heard since its last percept.
+    inboxes: Vec<Vec<Delivery>>,
+    /// Whether each robot has bumped into something since.
+    bumped: Vec<bool>,
+    /// Deliveries that a fault delays, by the tick in which they come.
+    delayed: BTreeMap<Tick, Vec<(u32, Delivery)>>,
     percepts: Vec<Percept>,
     packets: Packets,
     heard: Vec<u64>,
@@ -45,67 +66,65 @@ impl Arena {
     /// The world of `scenario` before its first tick.
     pub fn new(scenario: &Scenario) -> Result<Self, PlacementError> {
         let poses = placement::start(scenario)?;
+        let robots = poses.len();
+        let timeout_ticks = scenario.agent_setup(Mode::Lockstep).controller.neighbor_timeout_ticks;
         Ok(Self {
-            percepts: vec![Percept::empty(0); poses.len()],
-            heard: vec![0; poses.len()],
             world: World::new(scenario, poses),
             field: Field::new(scenario),
+            sensors: LightSensors::new(scenario),
             channel: Channel::new(scenario),
-            size_m: scenario.arena.size_m.get(),
-            step_s: scenario.step_s.get(),
-            boundary_sensing: scenario.arena.boundary_sensing,
-            shows_field: scenario.controller.law == Law::Exact,
+            measurement: Measurement::new(&scenario.channel),
+            plan: FaultPlan::new(scenario),
+            hearing: Hearing::new(scenario.robot_count(), timeout_ticks),
             tick: None,
+            commands: vec![None; robots],
+            held_back: vec![VecDeque::new(); robots],
+            inboxes: vec![Vec::new(); robots],
+            bumped: vec![false; robots],
+            delayed: BTreeMap::new(),
+            percepts: vec![Percept::empty(0); robots],
             packets: Packets::default(),
+            heard: vec![0; robots],
             digest: Digest::default(),
+            scenario: scenario.clone(),
         })
     }
 
-    /// One step of virtual time: bodies move as commanded, then each robot transmits its packet,
-    /// hears its neighbors and senses the light.
-    ///
-    /// `commands` has one entry per robot in the order of their indices: the answer to the percept
-    /// before (or, at first, the command given at boot), or `None` from a robot whose agent is
-    /// silent. A silent robot stands still, says nothing and hears nothing.
-    pub fn tick(&mut self, commands: &[Option<Command>]) -> &[Percept] {
-        assert_eq!(commands.len(), self.percepts.len(), "one entry per robot");
-        if self.tick.is_some() {
-            self.world.advance(self.step_s, commands);
-        }
-        let tick = self.tick.map_or(0, |tick| tick + 1);
-        self.tick = Some(tick);
+    /// What the fault plan does to agents just before the next tick; to be asked once before each.
+    pub fn strikes(&mut self) -> Vec<Strike> {
+        let tick = self.next_tick();
+        self.plan.strikes(tick, self.world.poses())
+    }
 
-        let speak: Vec<bool> = commands.iter().map(Option::is_some).collect();
-        let heard = self.channel.who_hears_whom(self.world.poses(), &speak);
-        for (robot, senders) in heard.iter().enumerate() {
-            self.hear(robot, senders, commands);
-            self.sense(robot, tick);
+    /// One step of virtual time: bodies move as commanded, packets fly, and where a neighbor cycle
+    /// begins, each robot gets a percept of what it has heard since the last one and of what it
+    /// senses now. At other ticks there are none, and commands stand.
+    ///
+    /// `answers` has one entry per robot in the order of their indices: the answer to the last
+    /// percept (or, at first, the command given at boot), or `None` from a robot whose agent is
+    /// silent. A silent robot stands still, says nothing and hears nothing.
+    pub fn tick(&mut self, answers: &[Option<Command>]) -> Option<&[Percept]> {
+        assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
+        let tick = self.next_tick();
+        self.take_in(tick, answers);
+        self.move_bodies(tick);
+        self.tick = Some(tick);
+        self.play_channel(tick);
+        let begins_cycle = self.scenario.begins_cycle(tick);
+        if begins_cycle {
+            for robot in 0..self.percepts.len() {
+                self.hand_over(robot);
+                self.sense(robot, tick);
+            }
         }
-        self.account(&speak, &heard);
-        self.record(commands);
-        &self.percepts
+        self.record(begins_cycle);
+        begins_cycle.then_some(&self.percepts)
     }
 
     /// What the current percepts and the answers to them amount to.
     pub fn metrics(&self, answers: &[Option<Command>]) -> Metrics {
-        let alive: Vec<usize> = (0..answers.len()).filter(|&robot| answers[robot].is_some()).collect();
-        let poses = self.world.poses();
-        let positions: Vec<ArenaPoint> = alive.iter().map(|&robot| poses[robot].position).collect();
-        let lamps: Vec<ArenaPoint> = self.field.lamps().collect();
-        let partition = Partition::new(positions.clone(), self.size_m);
-        let (cost_h, mean_true_error_m) = partition.cost_and_true_error(&self.field);
-        let heard = alive.iter().map(|&robot| (&poses[robot], &self.percepts[robot]));
-        let (mean_error_m, max_error_m) = estimated_errors(answers);
-        Metrics {
-            mean_error_m,
-            max_error_m,
-            mean_true_error_m,
-            cost_h,
-            cell_agreement: partition.agreement(heard, self.size_m),
-            mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
-            robots_alive: alive.len() as u32,
-            packets: self.packets,
-        }
+        let observer = Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m() };
+        observer.measure(self.world.poses(), answers, self.packets, self.scenario.step_s.get())
     }
 
     /// The tick whose percepts stand; 0 before the first.
@@ -113,9 +132,14 @@ impl Arena {
         self.tick.unwrap_or(0)
     }
 
-    /// Virtual time of that tick, seconds.
+    /// The tick to come.
+    pub fn next_tick(&self) -> Tick {
+        self.tick.map_or(0, |tick| tick + 1)
+    }
+
+    /// Virtual time of the current tick, seconds.
     pub fn time_s(&self) -> f64 {
-        self.current_tick() as f64 * self.step_s
+        self.current_tick() as f64 * self.scenario.step_s.get()
     }
 
     /// Pose of every robot.
@@ -128,67 +152,202 @@ impl Arena {
         &self.heard
     }
 
+    /// What became of all packets so far.
+    pub fn packets(&self) -> Packets {
+        self.packets
+    }
+
+    /// How packets fared in the crowd, where the channel lets them meet.
+    pub fn crowding(&self) -> Option<&Crowding> {
+        self.channel.crowding()
+    }
+
+    /// Pairs of robots that the channel has looked at so far: what its ticks cost.
+    pub fn pairs_examined(&self) -> u64 {
+        self.channel.examined()
+    }
+
+    /// What each fault of the plan has done.
+    pub fn ledger(&self) -> impl Iterator<Item = &Line> {
+        self.plan.ledger()
+    }
+
     /// The digest of everything so far.
     pub fn digest(&self) -> String {
         self.digest.hex()
     }
 
-    /// Writes what robot `receiver` hears of `senders` into its percept, measured in its body
-    /// frame; the nearest if they are more than a percept holds.
-    fn hear(&mut self, receiver: usize, senders: &[usize], commands: &[Option<Command>]) {
-        let poses = self.world.poses();
-        let heard = senders.iter().filter_map(|&sender| {
-            commands[sender].map(|said| measured(said.packet, &poses[sender], &poses[receiver]))
-        });
-        let deliveries = &mut self.percepts[receiver].deliveries;
-        deliveries.clear();
-        if senders.len() <= DELIVERIES_MAX {
-            deliveries.extend(heard);
+    fn size_m(&self) -> [f64; 2] {
+        self.scenario.arena.size_m.get()
+    }
+
+    /// Answers come into force: at once, or as late as a fault has it.
+    fn take_in(&mut self, tick: Tick, answers: &[Option<Command>]) {
+        let fresh = tick == 0 || self.scenario.begins_cycle(tick - 1);
+        for (robot, answer) in answers.iter().enumerate() {
+            let (command, held_back) = (&mut self.commands[robot], &mut self.held_back[robot]);
+            let Some(answer) = answer else {
+                *command = None;
+                held_back.clear();
+                continue;
+            };
+            let late = match (fresh, &command) {
+                // A new life's first word is nobody's answer.
+                (true, Some(before)) if before.packet.sender == answer.packet.sender => {
+                    self.plan.lateness(tick, robot as u32)
+                }
+                _ => 0,
+            };
+            if late > 0 {
+                held_back.push_back((tick + late, *answer));
+            } else if fresh || command.is_none() {
+                held_back.clear();
+                *command = Some(*answer);
+                self.world.set_course(robot, answer.velocity);
+            }
+            while let Some((_, due)) = held_back.front().copied().filter(|(due, _)| *due <= tick) {
+                held_back.pop_front();
+                *command = Some(due);
+                self.world.set_course(robot, due.velocity);
+            }
+        }
+    }
+
+    fn move_bodies(&mut self, tick: Tick) {
+        if self.tick.is_none() {
             return;
         }
-        let mut all: Vec<Delivery> = heard.collect();
-        all.sort_by(|a, b| a.range.get().total_cmp(&b.range.get()));
-        all.truncate(DELIVERIES_MAX);
-        all.sort_by_key(|delivery| delivery.packet.sender.index);
-        deliveries.extend(all);
+        let acts: Vec<bool> = self.commands.iter().map(Option::is_some).collect();
+        let plan = &mut self.plan;
+        self.world.advance(self.scenario.step_s.get(), |robot, course| {
+            acts[robot].then(|| plan.driven(tick, robot as u32, course))
+        });
+        for (bumped, now) in self.bumped.iter_mut().zip(self.world.bumped()) {
+            *bumped |= now;
+        }
+    }
+
+    /// Packets fly: what the channel lets through meets the fault plan, and what is left is
+    /// measured and put into the receiver's inbox, now or later.
+    fn play_channel(&mut self, tick: Tick) {
+        let said: Vec<Option<Packet>> =
+            self.commands.iter().map(|command| command.map(|command| command.packet)).collect();
+        let cycle = self.scenario.begins_cycle(tick).then(|| self.scenario.cycle_of(tick));
+        let time_s = tick as f64 * self.scenario.step_s.get();
+        let moment = Moment { tick, cycle, time_s, poses: self.world.poses(), said: &said };
+        let plan = &mut self.plan;
+        let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet);
+        let receptions = self.channel.play(&moment, &mut self.packets, &mut transmit);
+        for (robot, said) in said.iter().enumerate() {
+            if said.is_none() {
+                self.inboxes[robot].clear();
+            }
+        }
+        self.arrive_late(tick, &said);
+        for reception in &receptions {
+            self.receive(tick, reception);
+        }
+    }
+
+    /// Deliveries that a fault has delayed until now; who is silent by now misses them.
+    fn arrive_late(&mut self, tick: Tick, said: &[Option<Packet>]) {
+        for (receiver, delivery) in self.delayed.remove(&tick).unwrap_or_default() {
+            self.packets.delayed -= 1;
+            if said[receiver as usize].is_some() {
+                self.packets.heard += 1;
+                self.put(receiver, delivery);
+            } else {
+                self.packets.lost_fault += 1;
+            }
+        }
+    }
+
+    fn receive(&mut self, tick: Tick, reception: &Reception) {
+        let Reception { sender, receiver, number, .. } = *reception;
+        let poses = self.world.poses();
+        let (from, to) = (poses[sender as usize], poses[receiver as usize]);
+        let Passage::Delivered { packet, delay, copies } =
+            self.plan.passage(tick, reception, to.position)
+        else {
+            self.packets.heard -= 1;
+            self.packets.lost_fault += 1;
+            return;
+        };
+        let seed = self.scenario.seed;
+        let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
+        let delivery = self.measurement.of(packet, &from, &to, draws);
+        self.packets.duplicated += copies.len() as u64;
+        self.packets.heard += copies.len() as u64;
+        for late in std::iter::once(delay).chain(copies) {
+            if late == 0 {
+                self.put(receiver, delivery);
+            } else {
+                self.packets.heard -= 1;
+                self.packets.delayed += 1;
+                self.delayed.entry(tick + late).or_default().push((receiver, delivery));
+            }
+        }
+    }
+
+    fn put(&mut self, receiver: u32, delivery: Delivery) {
+        self.heard[receiver as usize] += 1;
+        self.inboxes[receiver as usize].push(delivery);
+    }
+
+    /// Moves what a robot has heard into its percept, ordered by senders; the nearest if it is
+    /// more than a percept holds.
+    fn hand_over(&mut self, robot: usize) {
+        let mut heard = mem::take(&mut self.inboxes[robot]);
+        if heard.len() > DELIVERIES_MAX {
+            let over = (heard.len() - DELIVERIES_MAX) as u64;
+            self.packets.heard -= over;
+            self.packets.over_bound += over;
+            self.heard[robot] -= over;
+            heard.sort_by(|a, b| a.range.get().total_cmp(&b.range.get()));
+            heard.truncate(DELIVERIES_MAX);
+        }
+        heard.sort_by_key(|delivery| delivery.packet.sender.index);
+        let deliveries = &mut self.percepts[robot].deliveries;
+        deliveries.clear();
+        deliveries.extend(heard.drain(..));
+        // The inbox keeps its memory.
+        self.inboxes[robot] = heard;
     }
 
     /// Writes everything but deliveries into a robot's percept.
     fn sense(&mut self, robot: usize, tick: Tick) {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
+        let mut light = self.sensors.read(&self.field, &seen, robot as u32, &pose, tick);
+        if self.commands[robot].is_some() {
+            self.plan.sensed(tick, robot as u32, &mut light);
+        }
+        let size_m = self.size_m();
         let percept = &mut self.percepts[robot];
         percept.tick = tick;
-        percept.light = self.field.light(&seen);
-        percept.bump = self.world.bumped()[robot];
-        if self.boundary_sensing {
-            percept.walls = walls(&pose, self.size_m);
+        percept.light = light;
+        percept.bump = mem::take(&mut self.bumped[robot]);
+        if self.scenario.arena.boundary_sensing {
+            percept.walls = walls(&pose, size_m);
         }
-        if self.shows_field {
+        // Only the `exact` law is shown the field.
+        if self.scenario.controller.law == Law::Exact {
             percept.field = seen;
         }
-    }
-
-    fn account(&mut self, speak: &[bool], heard: &[Vec<usize>]) {
-        let speakers = speak.iter().filter(|&&speaks| speaks).count() as u64;
-        let in_range: u64 = heard.iter().map(|senders| senders.len() as u64).sum();
-        let delivered: u64 = self.percepts.iter().map(|percept| percept.deliveries.len() as u64).sum();
-        for (total, percept) in self.heard.iter_mut().zip(&self.percepts) {
-            *total += percept.deliveries.len() as u64;
+        if let Some(command) = &self.commands[robot] {
+            self.hearing.record(command.packet.sender, percept);
         }
-        self.packets.sent += speakers;
-        self.packets.heard += delivered;
-        self.packets.over_bound += in_range - delivered;
-        self.packets.lost_range += speakers * speakers.saturating_sub(1) - in_range;
     }
 
-    fn record(&mut self, commands: &[Option<Command>]) {
-        let ids = commands.iter().zip(0..).map(|(command, index)| match command {
+    fn record(&mut self, with_percepts: bool) {
+        let ids = self.commands.iter().zip(0..).map(|(command, index)| match command {
             Some(command) => command.packet.sender,
             None => RobotId::first(index),
         });
+        let tick = self.current_tick();
         for ((id, pose), percept) in ids.zip(self.world.poses()).zip(&self.percepts) {
-            self.digest.record(id, pose, percept);
+            let deliveries = if with_percepts { &percept.deliveries[..] } else { &[] };
+            self.digest.record(tick, id, pose, deliveries);
         }
     }
 }

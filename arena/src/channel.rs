@@ -1,44 +1,157 @@
-//! The infrared channel: who hears whom in a tick.
+//! The infrared channel: who hears whom, and what becomes of packets in the air.
+//!
+//! In:  one moment of the world: poses, and what each live robot says.
+//! Out: the receptions that the medium lets through, in the order of receivers; everything else is
+//! counted by its cause in [`Packets`].
+//!
+//! ```text
+//! access (when) -> reach (to whom) -> air (what overlaps) -> receptions -> faults, measurement
+//! ```
 
-mod range;
-mod voronoi;
+mod access;
+mod air;
+pub mod closed_form;
+mod reach;
+
+use protocol::{packet::Packet, percept::Tick};
+
+pub use air::Crowding;
 
 use crate::{
     frame::Pose,
-    scenario::{ChannelModel, Scenario},
+    packets::Packets,
+    random::{Draws, Purpose},
+    scenario::{Access, Scenario},
 };
 
-/// A channel model with its parameters.
+use air::Air;
+use reach::{Reach, Rules};
+
+/// What the channel has to know of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Its number.
+    pub tick: Tick,
+    /// The neighbor cycle that begins at it, if one does.
+    pub cycle: Option<u64>,
+    /// Its time, seconds.
+    pub time_s: f64,
+    /// Where every body is.
+    pub poses: &'a [Pose],
+    /// What each robot says; who is silent does not listen either.
+    pub said: &'a [Option<Packet>],
+}
+
+/// One packet as one robot could read it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reception {
+    /// Index of the robot that transmitted it.
+    pub sender: u32,
+    /// Index of the robot that hears it.
+    pub receiver: u32,
+    /// Number of the packet among those of its sender, by the channel's count.
+    pub number: u64,
+    /// What it says.
+    pub packet: Packet,
+}
+
+/// A channel with what is in the air.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    model: ChannelModel,
-    range_m: f64,
-    size_m: [f64; 2],
+    rules: Rules,
+    medium: Medium,
+    loss: f64,
+    seed: u64,
+}
+
+#[derive(Clone, Debug)]
+enum Medium {
+    /// All packets at once and in no time, at the beginning of a cycle.
+    Instant,
+    /// Packets last, and meet.
+    Timed(Air),
 }
 
 impl Channel {
-    /// The channel of a scenario.
+    /// The channel of a scenario, before anything was said.
     pub fn new(scenario: &Scenario) -> Self {
+        let medium = match scenario.channel.access {
+            None | Some(Access::Instant) => Medium::Instant,
+            Some(_) => Medium::Timed(Air::new(scenario)),
+        };
         Self {
-            model: scenario.channel.model,
-            range_m: scenario.channel.range_m.map_or(f64::INFINITY, |range| range.get()),
-            size_m: scenario.arena.size_m.get(),
+            rules: Rules::new(scenario),
+            medium,
+            loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
+            seed: scenario.seed,
         }
     }
 
-    /// For each robot, the indices of those it hears, ascending. Only robots that `speak` are
-    /// heard, and only they listen.
-    pub fn who_hears_whom(&self, poses: &[Pose], speak: &[bool]) -> Vec<Vec<usize>> {
-        let speakers: Vec<usize> = (0..poses.len()).filter(|&robot| speak[robot]).collect();
-        let positions: Vec<_> = speakers.iter().map(|&robot| poses[robot].position).collect();
-        let among_speakers = match self.model {
-            ChannelModel::Range => range::heard(&positions, self.range_m, self.size_m),
-            ChannelModel::Voronoi => voronoi::heard(&positions),
+    /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
+    /// may change it. Receptions come in the order of receivers, then of time.
+    pub fn play(
+        &mut self,
+        moment: &Moment<'_>,
+        packets: &mut Packets,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+    ) -> Vec<Reception> {
+        let mut received = match &mut self.medium {
+            Medium::Instant => match moment.cycle {
+                Some(cycle) => instant(&self.rules, moment, cycle, packets, transmit),
+                None => Vec::new(),
+            },
+            Medium::Timed(air) => air.play(&self.rules, moment, packets, transmit),
         };
-        let mut heard = vec![Vec::new(); poses.len()];
-        for (&robot, senders) in speakers.iter().zip(among_speakers) {
-            heard[robot] = senders.into_iter().map(|sender| speakers[sender]).collect();
+        if self.loss > 0.0 {
+            let before = received.len();
+            received.retain(|reception| {
+                let Reception { sender, receiver, number, .. } = *reception;
+                !Draws::of(self.seed, Purpose::ChannelLoss, number, sender, receiver).chance(self.loss)
+            });
+            packets.lost_loss += (before - received.len()) as u64;
         }
-        heard
+        packets.heard += received.len() as u64;
+        received
     }
+
+    /// How many packets got through the crowd, by the number of robots that could disturb them;
+    /// `None` on a channel where none can.
+    pub fn crowding(&self) -> Option<&Crowding> {
+        match &self.medium {
+            Medium::Instant => None,
+            Medium::Timed(air) => Some(air.crowding()),
+        }
+    }
+
+    /// Pairs of robots that were looked at: what a tick costs.
+    pub fn examined(&self) -> u64 {
+        self.rules.examined()
+    }
+}
+
+/// Every speaker is heard by all in reach.
+fn instant(
+    rules: &Rules,
+    moment: &Moment<'_>,
+    cycle: u64,
+    packets: &mut Packets,
+    transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+) -> Vec<Reception> {
+    let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
+    let mut heard: Vec<Vec<Reception>> = vec![Vec::new(); moment.poses.len()];
+    for (sender, said) in moment.said.iter().enumerate() {
+        let Some(packet) = said else { continue };
+        let sender = sender as u32;
+        let packet = transmit(sender, *packet);
+        let reached = reach.of(sender, cycle);
+        packets.sent += 1;
+        packets.in_range += reached.in_range();
+        packets.lost_range += reach.listeners() - 1 - reached.in_range();
+        packets.lost_edge += u64::from(reached.faded);
+        packets.occluded += u64::from(reached.occluded);
+        for &receiver in &reached.robots {
+            heard[receiver as usize].push(Reception { sender, receiver, number: cycle, packet });
+        }
+    }
+    heard.into_iter().flatten().collect()
 }

@@ -4,7 +4,10 @@
 //! heard. Two runs with equal digests were the same run; lock-step processes and the in-process
 //! engine must agree on it.
 
-use protocol::{percept::Percept, robot_id::RobotId};
+use protocol::{
+    percept::{Delivery, Tick},
+    robot_id::RobotId,
+};
 use twox_hash::XxHash3_128;
 
 use crate::frame::Pose;
@@ -21,14 +24,14 @@ impl Default for Digest {
 
 impl Digest {
     /// Takes in one robot's tick. Robots come in the order of their indices.
-    pub fn record(&mut self, robot: RobotId, pose: &Pose, percept: &Percept) {
-        self.number(percept.tick);
+    pub fn record(&mut self, tick: Tick, robot: RobotId, pose: &Pose, heard: &[Delivery]) {
+        self.number(tick);
         self.id(robot);
         for value in [pose.position.x, pose.position.y, pose.heading] {
             self.number(value.to_bits());
         }
-        self.number(percept.deliveries.len() as u64);
-        for delivery in &percept.deliveries {
+        self.number(heard.len() as u64);
+        for delivery in heard {
             self.id(delivery.packet.sender);
             self.number(delivery.packet.sequence.into());
         }
@@ -61,7 +64,7 @@ mod tests {
 
     fn digest(x: f64, robot: RobotId) -> String {
         let mut digest = Digest::default();
-        digest.record(robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &Percept::empty(0));
+        digest.record(0, robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &[]);
         digest.hex()
     }
 

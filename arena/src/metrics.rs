@@ -7,36 +7,19 @@ use coverage::{
     sensory_field::{length_scale, value},
 };
 use nalgebra::Vector2;
-use protocol::{command::Command, percept::Percept};
-use serde::{Deserialize, Serialize};
+use protocol::command::Command;
+use serde::Serialize;
 
 use crate::{
     field::Field,
     frame::{ArenaPoint, Pose},
+    hearing::Hearing,
+    packets::Packets,
     voronoi::{cell_in_arena, delaunay_neighbors},
 };
 
 /// A local and a global cell are the same if their areas agree to this share.
 const SAME_CELL: f64 = 1e-9;
-
-/// Packets since the start of the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Packets {
-    /// Packets transmitted.
-    pub sent: u64,
-    /// Receptions: one packet heard by eight robots counts eight times.
-    pub heard: u64,
-    /// Receptions destroyed by another packet in the air.
-    pub collided: u64,
-    /// Packet and listener pairs out of range (or not Voronoi neighbors).
-    pub lost_range: u64,
-    /// Receptions lost by chance.
-    pub lost_loss: u64,
-    /// Receptions lost to a planned fault.
-    pub lost_fault: u64,
-    /// Receptions beyond what one percept holds; the nearest senders were kept.
-    pub over_bound: u64,
-}
 
 /// The state of a swarm as an observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -49,9 +32,14 @@ pub struct Metrics {
     pub mean_true_error_m: f64,
     /// Coverage cost H (eq. 1 with f(x) = x²/2) of the robots alive.
     pub cost_h: f64,
-    /// Share of robots alive whose local cell, from the packets heard in this tick and cut to the
-    /// arena, is the global one.
+    /// Share of robots alive that know those who shape their cell: cut to the arena, the cell made by
+    /// the robots in their neighbor tables, where these truly are, is the global one.
     pub cell_agreement: f64,
+    /// Connected components of the hearing graph: two robots alive are joined if either has the other
+    /// in its neighbor table.
+    pub hearing_components: usize,
+    /// Mean age of an entry of the robots' neighbor tables, seconds.
+    pub staleness_s: f64,
     /// Mean distance of robots alive to the middle of the lamps, if there are lamps.
     pub mean_lamp_distance_m: Option<f64>,
     /// Robots whose agent answered this tick.
@@ -66,6 +54,50 @@ pub fn estimated_errors(commands: &[Option<Command>]) -> (f64, f64) {
     let (count, sum, max) = errors
         .fold((0_u32, 0.0, 0.0_f64), |(count, sum, max), error| (count + 1, sum + error, max.max(error)));
     (if count > 0 { sum / f64::from(count) } else { 0.0 }, max)
+}
+
+/// What an observer has to know to measure a swarm.
+#[derive(Clone, Copy, Debug)]
+pub struct Observer<'a> {
+    /// φ.
+    pub field: &'a Field,
+    /// Who knows of whom.
+    pub hearing: &'a Hearing,
+    /// Size of the arena.
+    pub size_m: [f64; 2],
+}
+
+impl Observer<'_> {
+    /// The state of the robots that `answers` has commands of, `step_s` being the length of a tick.
+    pub fn measure(
+        &self,
+        poses: &[Pose],
+        answers: &[Option<Command>],
+        packets: Packets,
+        step_s: f64,
+    ) -> Metrics {
+        let alive: Vec<usize> = (0..answers.len()).filter(|&robot| answers[robot].is_some()).collect();
+        let positions: Vec<ArenaPoint> = alive.iter().map(|&robot| poses[robot].position).collect();
+        let lamps: Vec<ArenaPoint> = self.field.lamps().collect();
+        let partition = Partition::new(positions.clone(), self.size_m);
+        let (cost_h, mean_true_error_m) = partition.cost_and_true_error(self.field);
+        // A liar may have named a robot that is not there.
+        let at = |robot: usize| poses.get(robot).map(|pose| pose.position);
+        let known = alive.iter().map(|&robot| self.hearing.known_to(robot).filter_map(at));
+        let (mean_error_m, max_error_m) = estimated_errors(answers);
+        Metrics {
+            mean_error_m,
+            max_error_m,
+            mean_true_error_m,
+            cost_h,
+            cell_agreement: partition.agreement(known, self.size_m),
+            hearing_components: self.hearing.components(&alive),
+            staleness_s: self.hearing.staleness_ticks(&alive) * step_s,
+            mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
+            robots_alive: alive.len() as u32,
+            packets,
+        }
+    }
 }
 
 /// The global cells of some robots, relative to each in the arena's axes.
@@ -108,26 +140,24 @@ impl Partition {
         (cost, error / self.sites.len().max(1) as f64)
     }
 
-    /// Share of sites whose local cell equals the global one, both cut to the arena. `percepts`
-    /// are those of the sites, in their order; `headings` turn what they heard to the arena's axes.
-    pub fn agreement<'a>(
+    /// Share of sites whose cell among those they `know` equals the global one.
+    pub fn agreement<K: Iterator<Item = ArenaPoint>>(
         &self,
-        heard: impl Iterator<Item = (&'a Pose, &'a Percept)>,
+        known: impl Iterator<Item = K>,
         size_m: [f64; 2],
     ) -> f64 {
-        let agree = heard
+        let agree = known
+            .zip(&self.sites)
             .zip(&self.cells)
-            .filter(|((pose, percept), global)| {
-                let others = percept.deliveries.iter().map(|delivery| {
-                    let away = protocol::frame::BodyVector::polar(delivery.range, delivery.bearing);
-                    pose.position + pose.outward(away)
-                });
-                let local = cell_in_arena(pose.position, others, size_m);
-                let global = area(global);
-                (area(&local) - global).abs() <= SAME_CELL * global
-            })
+            .map(|((known, &site), global)| (cell_in_arena(site, known, size_m), area(global)))
+            .filter(|(local, global)| (area(local) - global).abs() <= SAME_CELL * global)
             .count();
         agree as f64 / self.sites.len().max(1) as f64
+    }
+
+    /// Area of the smallest cell, square meters; infinite without sites.
+    pub fn smallest_area(&self) -> f64 {
+        self.cells.iter().map(|cell| area(cell)).fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -4,6 +4,8 @@
 //! ChaCha8 stream of its own. No draw depends on how many others were made before it, so adding a
 //! robot, a fault or a thread leaves everyone else's luck alone.
 
+use std::f64::consts::TAU;
+
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
@@ -17,6 +19,26 @@ pub enum Purpose {
     StartPosition = 1,
     /// Which way it faces at the start.
     StartHeading = 2,
+    /// The phase of a robot's free-running cycle.
+    Phase = 3,
+    /// When in a cycle a robot transmits; the tick counts its packets.
+    Transmission = 4,
+    /// Whether a packet fades out on its way; the tick counts the sender's packets.
+    SoftEdge = 5,
+    /// Noise of a measurement; the tick counts the sender's packets.
+    Measurement = 6,
+    /// Whether the channel loses a packet; the tick counts the sender's packets.
+    ChannelLoss = 7,
+    /// The gain of a photodiode; the receiver counts diodes.
+    DiodeGain = 8,
+    /// Noise of a ring's readings.
+    DiodeNoise = 9,
+    /// Whom a fault strikes.
+    FaultChoice = 10,
+    /// What a fault does to a packet; the tick counts the sender's packets.
+    FaultPacket = 11,
+    /// What a fault does to a reading.
+    FaultReading = 12,
 }
 
 /// The stream of one key.
@@ -26,12 +48,29 @@ pub struct Draws(ChaCha8Rng);
 impl Draws {
     /// The stream for one event. Use 0 for what an event does not have.
     pub fn of(seed: u64, purpose: Purpose, tick: u64, sender: u32, receiver: u32) -> Self {
+        Self::keyed(seed, purpose, tick, sender, receiver, 0)
+    }
+
+    /// The stream of one fault for one event: each fault of a plan has luck of its own.
+    pub fn of_fault(
+        fault: u32,
+        seed: u64,
+        purpose: Purpose,
+        tick: u64,
+        sender: u32,
+        receiver: u32,
+    ) -> Self {
+        Self::keyed(seed, purpose, tick, sender, receiver, fault + 1)
+    }
+
+    fn keyed(seed: u64, purpose: Purpose, tick: u64, sender: u32, receiver: u32, salt: u32) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&tick.to_le_bytes());
         key[16..20].copy_from_slice(&(purpose as u32).to_le_bytes());
         key[20..24].copy_from_slice(&sender.to_le_bytes());
         key[24..28].copy_from_slice(&receiver.to_le_bytes());
+        key[28..].copy_from_slice(&salt.to_le_bytes());
         Self(ChaCha8Rng::from_seed(key))
     }
 
@@ -44,8 +83,24 @@ impl Draws {
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
-}
 
+    /// Uniform among the first `count` whole numbers.
+    pub fn below(&mut self, count: u32) -> u32 {
+        // The product may round up to `count`.
+        ((self.unit() * f64::from(count)) as u32).min(count.saturating_sub(1))
+    }
+
+    /// True with this probability.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.unit() < probability
+    }
+
+    /// Standard normal (Box and Muller).
+    pub fn normal(&mut self) -> f64 {
+        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
+        radius * libm::cos(TAU * self.unit())
+    }
+}
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,6 +127,23 @@ mod tests {
     #[test]
     fn what_a_seed_means_does_not_change_between_versions() {
         assert_eq!(first(1, Purpose::StartPosition, 0, 0, 0).to_bits(), 0x3fd9_5eee_9c76_dac0);
+    }
+
+    #[test]
+    fn faults_have_luck_of_their_own() {
+        let first = |fault| Draws::of_fault(fault, 1, Purpose::FaultPacket, 2, 3, 4).unit();
+        assert_ne!(first(0), first(1));
+    }
+
+    #[test]
+    fn normal_draws_have_mean_zero_and_variance_one() {
+        let draws = |i| Draws::of(7, Purpose::Measurement, 0, i, 0).normal();
+        let (mean, square) = (0..20_000)
+            .map(draws)
+            .fold((0.0, 0.0), |(mean, square), x| (mean + x / 2e4, square + x * x / 2e4));
+        // Four standard errors.
+        assert!(mean.abs() < 4.0 / 2e4_f64.sqrt(), "{mean}");
+        assert!((square - 1.0).abs() < 4.0 * (2.0_f64 / 2e4).sqrt(), "{square}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Bodies in motion: first-order dynamics (7), walls, and discs that do not overlap.
 
 use nalgebra::Vector2;
-use protocol::{command::Command, frame::BodyVector, units::wrapped};
+use protocol::{frame::BodyVector, units::wrapped};
 
 use crate::{
     frame::{ArenaPoint, Pose},
@@ -18,6 +18,8 @@ const TOUCH: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct World {
     poses: Vec<Pose>,
+    /// Where each body is headed.
+    courses: Vec<Course>,
     bumped: Vec<bool>,
     size_m: [f64; 2],
     radius_m: f64,
@@ -26,11 +28,33 @@ pub struct World {
     turn_limit_rad_per_s: f64,
 }
 
+/// A velocity that was told to a body, and its heading then: while the body turns, the course stays.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    velocity: BodyVector,
+    heading: f64,
+}
+
+impl Course {
+    const NONE: Self = Self { velocity: BodyVector::HERE, heading: 0.0 };
+
+    /// The velocity in the frame of a body that now has another heading.
+    fn seen_at(&self, heading: f64) -> BodyVector {
+        if heading == self.heading {
+            return self.velocity;
+        }
+        let (sin, cos) = libm::sincos(self.heading - heading);
+        let BodyVector(told) = self.velocity;
+        BodyVector::new(cos * told.x - sin * told.y, sin * told.x + cos * told.y)
+    }
+}
+
 impl World {
     /// The bodies of a scenario at their start.
     pub fn new(scenario: &Scenario, poses: Vec<Pose>) -> Self {
         let robots = &scenario.robots;
         Self {
+            courses: vec![Course::NONE; poses.len()],
             bumped: vec![false; poses.len()],
             poses,
             size_m: scenario.arena.size_m.get(),
@@ -51,12 +75,23 @@ impl World {
         &self.bumped
     }
 
-    /// Moves every body for `step_s` as its command says; one without a command stands still.
-    pub fn advance(&mut self, step_s: f64, commands: &[Option<Command>]) {
+    /// Tells a body where to go, in its present body frame (m/s). It keeps the course while it turns,
+    /// as its position controller does by odometry.
+    pub fn set_course(&mut self, robot: usize, velocity: BodyVector) {
+        self.courses[robot] = Course { velocity, heading: self.poses[robot].heading };
+    }
+
+    /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
+    /// (both in its body frame); where it says `None` the body stands still.
+    pub fn advance(
+        &mut self,
+        step_s: f64,
+        mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>,
+    ) {
         let before: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
-        for (pose, command) in self.poses.iter_mut().zip(commands) {
-            let Some(command) = command else { continue };
-            let velocity = command.velocity.capped(self.speed_limit_m_per_s);
+        for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
+            let Some(velocity) = drive(robot, course.seen_at(pose.heading)) else { continue };
+            let velocity = velocity.capped(self.speed_limit_m_per_s);
             *pose = match self.drive {
                 Drive::Holonomic => slid(pose, velocity, step_s),
                 Drive::Differential => driven(pose, velocity, step_s, self.turn_limit_rad_per_s),
@@ -167,14 +202,13 @@ mod tests {
     use std::f64::consts::PI;
 
     use proptest::prelude::*;
-    use protocol::{packet::Packet, robot_id::RobotId};
-
     use super::*;
 
     fn world(drive: Drive, radius_m: f64, positions: &[(f64, f64)]) -> World {
         let pose = |&(x, y)| Pose { position: ArenaPoint::new(x, y), heading: 0.0 };
         World {
             poses: positions.iter().map(pose).collect(),
+            courses: vec![Course::NONE; positions.len()],
             bumped: vec![false; positions.len()],
             size_m: [2.0, 2.0],
             radius_m,
@@ -184,17 +218,23 @@ mod tests {
         }
     }
 
-    fn go(x: f64, y: f64) -> Option<Command> {
-        let velocity = BodyVector::new(x, y);
-        let packet = Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 };
-        Some(Command { goal: velocity, velocity, packet })
+    fn go(x: f64, y: f64) -> Option<BodyVector> {
+        Some(BodyVector::new(x, y))
+    }
+
+    /// Every body is told to go, and moves.
+    fn advance(world: &mut World, step_s: f64, velocities: &[Option<BodyVector>]) {
+        for (robot, velocity) in velocities.iter().enumerate() {
+            world.set_course(robot, velocity.unwrap_or_default());
+        }
+        world.advance(step_s, |robot, course| velocities[robot].map(|_| course));
     }
 
     #[test]
     fn a_holonomic_body_slides_where_it_is_told() {
         let mut world = world(Drive::Holonomic, 0.1, &[(1.0, 1.0)]);
         world.poses[0].heading = PI / 2.0;
-        world.advance(0.5, &[go(0.4, 0.0)]);
+        advance(&mut world, 0.5, &[go(0.4, 0.0)]);
         assert!((world.poses[0].position - ArenaPoint::new(1.0, 1.2)).norm() < 1e-15);
         assert_eq!(world.poses[0].heading, PI / 2.0);
     }
@@ -202,21 +242,21 @@ mod tests {
     #[test]
     fn no_body_is_faster_than_its_limit() {
         let mut world = world(Drive::Holonomic, 0.0, &[(0.5, 0.5)]);
-        world.advance(1.0, &[go(30.0, 40.0)]);
+        advance(&mut world, 1.0, &[go(30.0, 40.0)]);
         assert!((world.poses[0].position - ArenaPoint::new(1.1, 1.3)).norm() < 1e-15);
     }
 
     #[test]
     fn a_body_without_a_command_stands_still() {
         let mut world = world(Drive::Holonomic, 0.1, &[(1.0, 1.0)]);
-        world.advance(0.5, &[None]);
+        advance(&mut world, 0.5, &[None]);
         assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
     }
 
     #[test]
     fn walls_stop_a_body_at_its_radius() {
         let mut world = world(Drive::Holonomic, 0.1, &[(0.2, 1.0)]);
-        world.advance(1.0, &[go(-1.0, 0.0)]);
+        advance(&mut world, 1.0, &[go(-1.0, 0.0)]);
         assert_eq!(world.poses[0].position, ArenaPoint::new(0.1, 1.0));
         assert!(world.bumped[0]);
     }
@@ -224,7 +264,7 @@ mod tests {
     #[test]
     fn two_bodies_that_meet_share_the_way_apart() {
         let mut world = world(Drive::Holonomic, 0.1, &[(0.85, 1.0), (1.15, 1.0)]);
-        world.advance(1.0, &[go(0.1, 0.0), go(-0.1, 0.0)]);
+        advance(&mut world, 1.0, &[go(0.1, 0.0), go(-0.1, 0.0)]);
         assert!((world.poses[0].position.x - 0.9).abs() < 1e-9);
         assert!((world.poses[1].position.x - 1.1).abs() < 1e-9);
         assert_eq!(world.bumped, [true, true]);
@@ -233,16 +273,27 @@ mod tests {
     #[test]
     fn wheels_turn_before_they_drive_to_what_lies_behind() {
         let mut world = world(Drive::Differential, 0.0, &[(1.0, 1.0)]);
-        world.advance(1.0, &[go(-0.5, 0.0)]);
+        advance(&mut world, 1.0, &[go(-0.5, 0.0)]);
         assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
         assert!((world.poses[0].heading - PI / 2.0).abs() < 1e-15, "a quarter turn per second");
+    }
+
+    #[test]
+    fn wheels_that_turn_keep_their_course() {
+        let mut world = world(Drive::Differential, 0.0, &[(1.0, 1.0)]);
+        world.set_course(0, BodyVector::new(0.0, 0.5));
+        for _ in 0..4 {
+            world.advance(1.0, |_, course| Some(course));
+        }
+        assert!((world.poses[0].heading - PI / 2.0).abs() < 1e-12, "it was sent to its left, and goes there");
+        assert!((world.poses[0].position.x - 1.0).abs() < 0.2);
     }
 
     #[test]
     fn wheels_follow_a_quarter_circle() {
         let mut world = world(Drive::Differential, 0.0, &[(1.0, 1.0)]);
         // Target at 45 degrees, reached in a tick of half a second at the turn limit.
-        world.advance(0.5, &[go(0.5, 0.5)]);
+        advance(&mut world, 0.5, &[go(0.5, 0.5)]);
         let radius = 0.5 / (PI / 2.0);
         let expected =
             ArenaPoint::new(1.0 + radius * libm::sin(PI / 4.0), 1.0 + radius * (1.0 - libm::cos(PI / 4.0)));
@@ -262,7 +313,7 @@ mod tests {
             let mut world = world(Drive::Holonomic, 0.1, &start);
             for velocities in steps {
                 let commands: Vec<_> = velocities.into_iter().map(|(x, y)| go(x, y)).collect();
-                world.advance(0.3, &commands);
+                advance(&mut world, 0.3, &commands);
                 prop_assert!(world.overlapping_pairs().is_empty());
                 for pose in &world.poses {
                     prop_assert!((0.1..=1.9).contains(&pose.position.x));

@@ -73,6 +73,7 @@ mod reading {
             seed = 1
             duration_s = 10.0
             step_s = 0.1
+            fault = []
 
             [arena]
             size_m = [2.0, 1.0]
@@ -89,18 +90,33 @@ mod reading {
             gaussian = []
             lamp = []
 
+            [light]
+            sensor = "ideal"
+
             [controller]
             law = "linear"
             gain_per_s = 1.0
             gradient = "measured"
-            neighbor_timeout_cycles = 4
+            neighbor_timeout_cycles = 1
             triangle_base_m = 0.6
             triangle_height_m = 0.6
             close_distance_m = 0.25
 
             [channel]
+            profile = "ideal"
             model = "range"
             range_m = 1.0
+            soft_edge_m = 0.0
+            occlusion = false
+            cycle_s = 0.1
+            access = "instant"
+            loss = 0.0
+            sigma_range = 0.0
+            sigma_bearing_deg = 0.0
+            sigma_orientation_deg = 0.0
+            range_step_m = 0.0
+            bearing_step_deg = 0.0
+            orientation_step_deg = 0.0
 
             [convergence]
             tolerance_m = 0.0000001
@@ -113,6 +129,13 @@ mod reading {
 
             [output]
             metrics_every_s = 1.0
+
+            [fuzz]
+            faults_max = 6
+            kinds = ["loss", "burst", "delay", "duplicate", "corrupt", "partition", "jam", "kill", "pause", "slow", "sensor", "motion", "liar"]
+            probability_max = 0.9
+            share_max = 0.5
+            delay_max_s = 2.0
         "#]]
         .assert_eq(&scenario.to_toml());
     }
@@ -177,7 +200,7 @@ mod reading {
     fn agents_are_told_what_the_swarmbots_file_says() {
         let scenario = Scenario::load(&scenarios().join("swarmbots.toml"), &[]).expect("a good scenario");
         let setup = scenario.agent_setup(Mode::Lockstep);
-        assert_eq!(setup.step.get(), 0.1);
+        assert_eq!(setup.cycle.get(), 0.1);
         assert_eq!(setup.controller.gradient, GradientMode::Fixed(1000.0));
         assert_eq!(setup.controller.neighbor_timeout_ticks, 1);
         assert_eq!(setup.controller.speed_cap.map(|cap| cap.get()), Some(0.3));

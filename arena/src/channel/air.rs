@@ -1,0 +1,261 @@
+//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins.
+//!
+//! All packets last equally long, so in the order in which they start they also end, and what
+//! overlaps with a packet at a receiver is its neighbor in that order.
+
+use protocol::packet::Packet;
+
+use super::{
+    Moment, Reception,
+    access::Schedule,
+    reach::{Reach, Reached, Rules},
+};
+use crate::{
+    packets::Packets,
+    scenario::{Capture, Scenario},
+};
+
+/// Packets that overlap by less than this touch: rounding, not air. Seconds.
+const TOUCH_S: f64 = 1e-9;
+/// Most disturbers that are told apart in [`Crowding`]; packets with more count with these.
+const DISTURBERS_MAX: usize = 255;
+
+/// The medium.
+#[derive(Clone, Debug)]
+pub(super) struct Air {
+    schedule: Schedule,
+    airtime_s: f64,
+    half_duplex: bool,
+    capture: Capture,
+    /// Up to when the air has been played.
+    played_s: f64,
+    /// Each robot's next packet.
+    next: Vec<Next>,
+    /// Packets in the order of their starts: those still in the air, and before them those that
+    /// have ended but may overlap with them.
+    packets: Vec<Transmission>,
+    /// How many of them have been resolved.
+    resolved: usize,
+    /// Until when each receiver follows the packet it has locked to.
+    locked_s: Vec<f64>,
+    /// How many robots each robot's last packet reached.
+    degrees: Vec<Option<u32>>,
+    crowding: Crowding,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Next {
+    number: u64,
+    start_s: f64,
+}
+
+/// A packet in the air.
+#[derive(Clone, Debug)]
+struct Transmission {
+    sender: u32,
+    number: u64,
+    start_s: f64,
+    packet: Packet,
+    reached: Reached,
+}
+
+/// What became of a packet at a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Heard,
+    Collided,
+    /// The receiver was transmitting itself.
+    Deaf,
+}
+
+/// How packets fared in the crowd, by the number of robots that could disturb them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Crowding {
+    /// For each number of disturbers: packets at receivers, and how many of them got through.
+    counts: Vec<[u64; 2]>,
+}
+
+impl Crowding {
+    /// Number of disturbers (the receiver itself among them in half duplex), packets at receivers
+    /// with so many, and how many got through; only numbers that have been seen.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, u64, u64)> {
+        let seen = (0..).zip(&self.counts).filter(|(_, counts)| counts[0] > 0);
+        seen.map(|(disturbers, &[packets, through])| (disturbers, packets, through))
+    }
+
+    fn count(&mut self, disturbers: usize, through: bool) {
+        let at = disturbers.min(DISTURBERS_MAX);
+        if self.counts.len() <= at {
+            self.counts.resize(at + 1, [0, 0]);
+        }
+        self.counts[at][0] += 1;
+        self.counts[at][1] += u64::from(through);
+    }
+}
+
+impl Air {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let schedule = Schedule::new(scenario);
+        let robots = scenario.robot_count();
+        // The channel has been at work for a cycle when the run begins.
+        let played_s = -scenario.cycle_s();
+        let first = |sender| {
+            let starts = (0..).map(|number| Next { number, start_s: schedule.start_s(sender, number) });
+            starts.into_iter().find(|next| next.start_s >= played_s).expect("later packets start later")
+        };
+        Self {
+            airtime_s: scenario.channel.airtime_s.map_or(0.0, |airtime| airtime.get()),
+            half_duplex: scenario.channel.half_duplex == Some(true),
+            capture: scenario.channel.capture.unwrap_or(Capture::None),
+            played_s,
+            next: (0..robots).map(first).collect(),
+            schedule,
+            packets: Vec::new(),
+            resolved: 0,
+            locked_s: vec![f64::NEG_INFINITY; robots as usize],
+            degrees: vec![None; robots as usize],
+            crowding: Crowding::default(),
+        }
+    }
+
+    pub(super) fn crowding(&self) -> &Crowding {
+        &self.crowding
+    }
+
+    /// Plays the air up to `moment`: packets that start go up, packets that end come down.
+    pub(super) fn play(
+        &mut self,
+        rules: &Rules,
+        moment: &Moment<'_>,
+        packets: &mut Packets,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+    ) -> Vec<Reception> {
+        self.played_s = moment.time_s;
+        let listeners = self.send_up(rules, moment, transmit);
+        let received = self.bring_down(moment, listeners, packets);
+        self.forget();
+        received
+    }
+
+    /// Sends up what starts before the moment. Returns how many robots listen.
+    fn send_up(
+        &mut self,
+        rules: &Rules,
+        moment: &Moment<'_>,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+    ) -> u64 {
+        let mut starting: Vec<(f64, u32, u64)> = Vec::new();
+        for (sender, next) in self.next.iter_mut().enumerate() {
+            while next.start_s < self.played_s {
+                starting.push((next.start_s, sender as u32, next.number));
+                let number = next.number + 1;
+                *next = Next { number, start_s: self.schedule.start_s(sender as u32, number) };
+            }
+        }
+        starting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
+        for (start_s, sender, number) in starting {
+            let Some(packet) = moment.said[sender as usize] else { continue };
+            let reached = reach.of(sender, number);
+            self.degrees[sender as usize] = Some(reached.robots.len() as u32);
+            let packet = transmit(sender, packet);
+            self.packets.push(Transmission { sender, number, start_s, packet, reached });
+        }
+        reach.listeners()
+    }
+
+    /// Decides at every receiver about the packets that have ended.
+    fn bring_down(&mut self, moment: &Moment<'_>, listeners: u64, tally: &mut Packets) -> Vec<Reception> {
+        let ended_by = self.played_s - self.airtime_s + TOUCH_S;
+        let ended = self.packets.partition_point(|packet| packet.start_s <= ended_by);
+        let listens = |robot: u32| moment.said[robot as usize].is_some();
+        for packet in &self.packets[self.resolved..ended] {
+            let Reached { robots, faded, occluded } = &packet.reached;
+            let (faded, occluded) = (u64::from(*faded), u64::from(*occluded));
+            let in_range = robots.iter().filter(|&&robot| listens(robot)).count() as u64 + faded + occluded;
+            tally.sent += 1;
+            tally.in_range += in_range;
+            tally.lost_range += (listeners - u64::from(listens(packet.sender))).saturating_sub(in_range);
+            tally.lost_edge += faded;
+            tally.occluded += occluded;
+        }
+        let (arrivals, own) = self.by_robot(moment.poses.len());
+        let mut received = Vec::new();
+        for (receiver, (arrivals, own)) in arrivals.iter().zip(&own).enumerate() {
+            for (place, &at) in arrivals.iter().enumerate() {
+                if !(self.resolved..ended).contains(&(at as usize)) {
+                    continue;
+                }
+                let fate = self.fate(receiver, place, arrivals, own);
+                if !listens(receiver as u32) {
+                    continue;
+                }
+                self.note_crowd(receiver, fate);
+                match fate {
+                    Fate::Heard => {
+                        let Transmission { sender, number, packet, .. } = self.packets[at as usize];
+                        received.push(Reception { sender, receiver: receiver as u32, number, packet });
+                    }
+                    Fate::Collided => tally.collided += 1,
+                    Fate::Deaf => tally.half_duplex += 1,
+                }
+            }
+        }
+        self.resolved = ended;
+        received
+    }
+
+    /// For each robot: the packets that reach it, and the starts of its own, in order.
+    fn by_robot(&self, robots: usize) -> (Vec<Vec<u32>>, Vec<Vec<f64>>) {
+        let (mut arrivals, mut own) = (vec![Vec::new(); robots], vec![Vec::new(); robots]);
+        for (at, packet) in (0..).zip(&self.packets) {
+            own[packet.sender as usize].push(packet.start_s);
+            for &receiver in &packet.reached.robots {
+                arrivals[receiver as usize].push(at);
+            }
+        }
+        (arrivals, own)
+    }
+
+    /// What becomes of the packet at `place` of a receiver's arrivals.
+    fn fate(&mut self, receiver: usize, place: usize, arrivals: &[u32], own: &[f64]) -> Fate {
+        let start_at = |place: usize| self.packets[arrivals[place] as usize].start_s;
+        let start_s = start_at(place);
+        let overlap = |other_s: f64| (other_s - start_s).abs() < self.airtime_s - TOUCH_S;
+        if self.half_duplex && own.iter().any(|&own_s| overlap(own_s)) {
+            return Fate::Deaf;
+        }
+        let before = place > 0 && overlap(start_at(place - 1));
+        let after = place + 1 < arrivals.len() && overlap(start_at(place + 1));
+        match self.capture {
+            Capture::None if before || after => Fate::Collided,
+            Capture::None => Fate::Heard,
+            Capture::FirstLock => {
+                // Of packets that start as one, none is first.
+                let together = |other: usize| (start_at(other) - start_s).abs() < TOUCH_S;
+                let alone = !(before && together(place - 1) || after && together(place + 1));
+                let free = self.locked_s[receiver] <= start_s + TOUCH_S;
+                if free {
+                    self.locked_s[receiver] = start_s + self.airtime_s;
+                }
+                if free && alone { Fate::Heard } else { Fate::Collided }
+            }
+        }
+    }
+
+    /// Counts a packet by how many could have disturbed it, once the receiver's own has told.
+    fn note_crowd(&mut self, receiver: usize, fate: Fate) {
+        if let Some(degree) = self.degrees[receiver] {
+            let others = (degree as usize).saturating_sub(1);
+            self.crowding.count(others + usize::from(self.half_duplex), fate == Fate::Heard);
+        }
+    }
+
+    /// Forgets packets that nothing in the air or to come overlaps with.
+    fn forget(&mut self) {
+        let oldest_s = self.played_s - 2.0 * self.airtime_s - TOUCH_S;
+        let first_kept = self.packets[..self.resolved].partition_point(|packet| packet.start_s < oldest_s);
+        self.packets.drain(..first_kept);
+        self.resolved -= first_kept;
+    }
+}
