@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use arena::{Arena, metrics::estimated_errors, scenario::Scenario};
+use arena::{Arena, metrics::estimated_errors, recovery::Recovery, scenario::Scenario};
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
 
@@ -12,7 +12,7 @@ use crate::{
     progress::{Progress, Status},
     squad::{Answers, Squad, SquadError},
     stop::StopFlag,
-    summary::{Ending, Summary, TickTimes},
+    summary::{Delivered, Ending, Fault, Summary, TickTimes},
 };
 
 /// How the run is to be carried out.
@@ -49,6 +49,7 @@ pub fn run(
         outputs,
         stop,
         converged_at_s: None,
+        recovery: Recovery::new(scenario),
         // Three digits from a nanosecond to an hour.
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
     };
@@ -83,6 +84,7 @@ struct Run<'a> {
     outputs: Outputs,
     stop: &'a StopFlag,
     converged_at_s: Option<f64>,
+    recovery: Recovery,
     tick_ns: Histogram<u64>,
 }
 
@@ -119,6 +121,10 @@ impl Run<'_> {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
         self.tick_ns.saturating_record(began.elapsed().as_nanos() as u64);
+        let tick = self.arena.current_tick();
+        if self.recovery.wants(tick) && self.scenario.begins_cycle(tick) {
+            self.recovery.observe(tick, self.arena.disturbance(&self.answers));
+        }
         Ok(())
     }
 
@@ -147,6 +153,11 @@ impl Run<'_> {
         }
     }
 
+    fn faults(&self) -> Vec<Fault> {
+        let lines = self.arena.ledger().cloned().zip(self.recovery.recovered());
+        lines.map(|(line, recovered)| Fault { line, recovered }).collect()
+    }
+
     fn summary(
         &self,
         plan: Plan,
@@ -173,7 +184,8 @@ impl Run<'_> {
             converged_at_s: self.converged_at_s,
             end: self.arena.metrics(&self.answers),
             commands_refused: self.squad.standings().iter().map(|standing| standing.refused).sum(),
-            faults: Vec::new(),
+            delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
+            faults: self.faults(),
             incidents: self.squad.incidents().to_vec(),
             tick_us: TickTimes::of(&self.tick_ns),
         }

@@ -1,7 +1,7 @@
 //! What a run leaves on disk (`--out DIR`).
 //!
 //! `scenario.toml` comes first and marks the folder as used, `metrics.csv` grows with the run, and
-//! `robots.csv` and `summary.json` are written at its end.
+//! `robots.csv`, `ledger.csv` and `summary.json` are written at its end.
 
 use std::{
     fs::{self, File},
@@ -24,6 +24,19 @@ const MARKS: [&str; 2] = ["summary.json", "scenario.toml"];
 pub struct Outputs {
     folder: Option<(PathBuf, csv::Writer<File>)>,
 }
+
+const LEDGER_COLUMNS: [&str; 10] = [
+    "fault",
+    "kind",
+    "planned_tick",
+    "until_tick",
+    "fired_tick",
+    "last_tick",
+    "robots",
+    "effects",
+    "mean_error_back_ticks",
+    "cost_h_back_ticks",
+];
 
 #[derive(Serialize)]
 struct RobotRow {
@@ -73,7 +86,7 @@ impl Outputs {
             .with_context(|| format!("cannot write {}", folder.join("metrics.csv").display()))
     }
 
-    /// `robots.csv` and `summary.json`.
+    /// `robots.csv`, `ledger.csv` and `summary.json`.
     pub fn finish(
         &mut self,
         summary: &Summary,
@@ -101,9 +114,39 @@ impl Outputs {
             })?;
         }
         rows.flush().with_context(|| format!("cannot write {}", robots.display()))?;
+        ledger(&folder.join("ledger.csv"), summary)?;
         let path = folder.join("summary.json");
         fs::write(&path, summary.json()).with_context(|| format!("cannot write {}", path.display()))
     }
+}
+
+fn ledger(path: &Path, summary: &Summary) -> anyhow::Result<()> {
+    let write = || -> csv::Result<()> {
+        let mut rows = csv::Writer::from_path(path)?;
+        rows.write_record(LEDGER_COLUMNS)?;
+        for (index, fault) in summary.faults.iter().enumerate() {
+            let tick = |tick: Option<u64>| tick.map(|tick| tick.to_string()).unwrap_or_default();
+            let back = |ticks: Option<u64>| match (fault.line.fired_tick, ticks) {
+                (None, _) => String::new(),
+                (Some(_), None) => "not recovered".into(),
+                (Some(_), Some(ticks)) => ticks.to_string(),
+            };
+            rows.write_record([
+                index.to_string(),
+                fault.line.kind.name().into(),
+                fault.line.planned_tick.to_string(),
+                tick(fault.line.until_tick),
+                tick(fault.line.fired_tick),
+                tick(fault.line.last_tick),
+                fault.line.robots.to_string(),
+                fault.line.told(),
+                back(fault.recovered.mean_error_ticks),
+                back(fault.recovered.cost_h_ticks),
+            ])?;
+        }
+        Ok(rows.flush()?)
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))
 }
 
 fn metrics_row(rows: &mut csv::Writer<File>, row: &MetricsRow) -> anyhow::Result<()> {
@@ -123,15 +166,23 @@ struct MetricsRow {
     mean_true_error_m: f64,
     cost_h: f64,
     cell_agreement: f64,
+    hearing_components: usize,
+    staleness_s: f64,
     mean_lamp_distance_m: Option<f64>,
     robots_alive: u32,
     packets_sent: u64,
     packets_heard: u64,
+    packets_in_range: u64,
+    packets_duplicated: u64,
     packets_collided: u64,
+    packets_half_duplex: u64,
     packets_lost_range: u64,
+    packets_lost_edge: u64,
+    packets_occluded: u64,
     packets_lost_loss: u64,
     packets_lost_fault: u64,
     packets_over_bound: u64,
+    packets_delayed: u64,
 }
 
 impl MetricsRow {
@@ -145,15 +196,23 @@ impl MetricsRow {
             mean_true_error_m: metrics.mean_true_error_m,
             cost_h: metrics.cost_h,
             cell_agreement: metrics.cell_agreement,
+            hearing_components: metrics.hearing_components,
+            staleness_s: metrics.staleness_s,
             mean_lamp_distance_m: metrics.mean_lamp_distance_m,
             robots_alive: metrics.robots_alive,
             packets_sent: packets.sent,
             packets_heard: packets.heard,
+            packets_in_range: packets.in_range,
+            packets_duplicated: packets.duplicated,
             packets_collided: packets.collided,
+            packets_half_duplex: packets.half_duplex,
             packets_lost_range: packets.lost_range,
+            packets_lost_edge: packets.lost_edge,
+            packets_occluded: packets.occluded,
             packets_lost_loss: packets.lost_loss,
             packets_lost_fault: packets.lost_fault,
             packets_over_bound: packets.over_bound,
+            packets_delayed: packets.delayed,
         }
     }
 }

@@ -1,6 +1,12 @@
 //! `summary.json`: a run in one object. Tools rely on its keys.
 
-use arena::metrics::Metrics;
+use arena::{
+    channel::{Crowding, closed_form::delivered_share},
+    fault::ledger::Line,
+    metrics::Metrics,
+    recovery::Recovered,
+    scenario::Scenario,
+};
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
 use serde::Serialize;
@@ -43,15 +49,60 @@ impl TickTimes {
     }
 }
 
-/// A planned fault and what became of it.
+/// A planned fault, what it did, and how the swarm took it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
-    /// Kind of the fault.
-    pub kind: String,
-    /// When it was to strike.
-    pub planned_tick: u64,
-    /// When it did.
-    pub fired_tick: Option<u64>,
+    /// Its line of the ledger.
+    #[serde(flatten)]
+    pub line: Line,
+    /// How long it was felt.
+    pub recovered: Recovered,
+}
+
+/// How packets fared in the crowd: what is heard of those that nothing but other packets stops.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Delivered {
+    /// Share that got through.
+    pub share: f64,
+    /// What the closed form of the access scheme gives for the same crowd, where one is known.
+    pub predicted: Option<f64>,
+    /// The same by number of disturbers, if the scenario asks for it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub by_disturbers: Vec<DeliveredRow>,
+}
+
+/// Packets that the same number of robots could disturb.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeliveredRow {
+    /// How many robots could (in half duplex the listener itself is one).
+    pub disturbers: u32,
+    /// Packets at listeners.
+    pub packets: u64,
+    /// Share that got through.
+    pub share: f64,
+    /// What the closed form gives.
+    pub predicted: Option<f64>,
+}
+
+impl Delivered {
+    /// What a channel has counted; `None` if nothing.
+    pub fn of(crowding: &Crowding, scenario: &Scenario) -> Option<Self> {
+        let row = |(disturbers, packets, through)| DeliveredRow {
+            disturbers,
+            packets,
+            share: through as f64 / packets as f64,
+            predicted: delivered_share(&scenario.channel, disturbers),
+        };
+        let rows: Vec<DeliveredRow> = crowding.iter().map(row).collect();
+        let packets: u64 = rows.iter().map(|row| row.packets).sum();
+        let mean = |value: &dyn Fn(&DeliveredRow) -> Option<f64>| {
+            rows.iter().map(|row| Some(value(row)? * row.packets as f64 / packets as f64)).sum::<Option<f64>>()
+        };
+        let share = mean(&|row| Some(row.share)).filter(|_| packets > 0)?;
+        let predicted = mean(&|row| row.predicted);
+        let by_disturbers = if scenario.output.crowding { rows } else { Vec::new() };
+        Some(Self { share, predicted, by_disturbers })
+    }
 }
 
 /// A run in one object.
@@ -90,7 +141,9 @@ pub struct Summary {
     /// The swarm at the end, and its packets over the whole run.
     #[serde(flatten)]
     pub end: Metrics,
-    /// Planned faults.
+    /// How packets fared in the crowd; `null` on a channel where they never meet.
+    pub delivered: Option<Delivered>,
+    /// The fault ledger: planned faults and what became of them.
     pub faults: Vec<Fault>,
     /// Unplanned events.
     pub incidents: Vec<Incident>,

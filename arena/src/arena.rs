@@ -24,10 +24,11 @@ use crate::{
     hearing::Hearing,
     light::LightSensors,
     measurement::Measurement,
-    metrics::{Metrics, Observer},
+    metrics::{Metrics, Observer, Partition},
     packets::Packets,
     placement::{self, PlacementError},
     random::{Draws, Purpose},
+    recovery::Disturbance,
     scenario::Scenario,
     voronoi::walls_around,
     world::World,
@@ -123,8 +124,18 @@ impl Arena {
 
     /// What the current percepts and the answers to them amount to.
     pub fn metrics(&self, answers: &[Option<Command>]) -> Metrics {
-        let observer = Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m() };
-        observer.measure(self.world.poses(), answers, self.packets, self.scenario.step_s.get())
+        self.observer().measure(self.world.poses(), answers, self.packets, self.scenario.step_s.get())
+    }
+
+    /// What faults can be felt in by now.
+    pub fn disturbance(&self, answers: &[Option<Command>]) -> Disturbance {
+        self.observer().disturbance(self.world.poses(), answers)
+    }
+
+    /// Area of the smallest global cell of a robot alive, square meters; infinite if none is.
+    pub fn smallest_cell(&self) -> f64 {
+        let alive = self.world.poses().iter().zip(&self.commands).filter(|(_, command)| command.is_some());
+        Partition::new(alive.map(|(pose, _)| pose.position).collect(), self.size_m()).smallest_area()
     }
 
     /// The tick whose percepts stand; 0 before the first.
@@ -175,6 +186,10 @@ impl Arena {
     /// The digest of everything so far.
     pub fn digest(&self) -> String {
         self.digest.hex()
+    }
+
+    fn observer(&self) -> Observer<'_> {
+        Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m() }
     }
 
     fn size_m(&self) -> [f64; 2] {

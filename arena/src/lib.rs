@@ -20,6 +20,7 @@ pub mod metrics;
 pub mod packets;
 pub mod placement;
 pub mod random;
+pub mod recovery;
 pub mod scenario;
 pub mod voronoi;
 pub mod world;

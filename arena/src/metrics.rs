@@ -15,6 +15,7 @@ use crate::{
     frame::{ArenaPoint, Pose},
     hearing::Hearing,
     packets::Packets,
+    recovery::Disturbance,
     voronoi::{cell_in_arena, delaunay_neighbors},
 };
 
@@ -68,6 +69,13 @@ pub struct Observer<'a> {
 }
 
 impl Observer<'_> {
+    /// What a fault can be felt in: mean ‖ê‖ and, roughly, H.
+    pub fn disturbance(&self, poses: &[Pose], answers: &[Option<Command>]) -> Disturbance {
+        let alive = poses.iter().zip(answers).filter(|(_, answer)| answer.is_some());
+        let partition = Partition::new(alive.map(|(pose, _)| pose.position).collect(), self.size_m);
+        [estimated_errors(answers).0, partition.rough_cost(self.field)]
+    }
+
     /// The state of the robots that `answers` has commands of, `step_s` being the length of a tick.
     pub fn measure(
         &self,
@@ -128,16 +136,28 @@ impl Partition {
     /// Relative accuracy 1e-10, see [`coverage::quadrature`]. A cell without mass is at its goal.
     pub fn cost_and_true_error(&self, field: &Field) -> (f64, f64) {
         let (mut cost, mut error) = (0.0, 0.0);
-        for (&site, cell) in self.sites.iter().zip(&self.cells) {
-            let seen = field.seen_from(&Pose::unturned(site));
-            let [mass, x, y, inertia] = integrate(cell, length_scale(&seen) / 2.0, |q| {
-                let phi = value(&seen, q);
-                [phi, phi * q.x, phi * q.y, phi * q.norm_squared() / 2.0]
-            });
+        for [mass, x, y, inertia] in self.integrals(field, 0.5) {
             cost += inertia;
             error += if mass > 0.0 { Vector2::new(x, y).norm() / mass } else { 0.0 };
         }
         (cost, error / self.sites.len().max(1) as f64)
+    }
+
+    /// Coverage cost H to some 1e-3, at a tenth of the price: enough to see it change.
+    pub fn rough_cost(&self, field: &Field) -> f64 {
+        self.integrals(field, 4.0).map(|[.., inertia]| inertia).sum()
+    }
+
+    /// Mass, first moments and half the second moment of φ over each cell, relative to its site;
+    /// the quadrature's pieces are so many length scales of φ long.
+    fn integrals(&self, field: &Field, resolution: f64) -> impl Iterator<Item = [f64; 4]> {
+        self.sites.iter().zip(&self.cells).map(move |(&site, cell)| {
+            let seen = field.seen_from(&Pose::unturned(site));
+            integrate(cell, length_scale(&seen) * resolution, |q| {
+                let phi = value(&seen, q);
+                [phi, phi * q.x, phi * q.y, phi * q.norm_squared() / 2.0]
+            })
+        })
     }
 
     /// Share of sites whose cell among those they `know` equals the global one.

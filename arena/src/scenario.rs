@@ -90,7 +90,7 @@ pub struct Scenario {
     #[serde(default)]
     pub output: OutputSpec,
     /// The fault plan: what shall go wrong, in the order in which faults see each packet and robot.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fault: Vec<FaultSpec>,
     /// Bounds of random fault plans, for `lamplight fuzz`.
     #[serde(default)]

@@ -4,6 +4,18 @@ use std::fmt::{self, Write};
 
 use serde_json::Value;
 
+/// What becomes of packets that are not heard, and how one says it.
+const FATES: [(&str, &str); 8] = [
+    ("collided", "collided"),
+    ("half_duplex", "missed while transmitting"),
+    ("lost_edge", "faded out"),
+    ("occluded", "blocked by bodies"),
+    ("lost_loss", "lost by chance"),
+    ("lost_fault", "lost to faults"),
+    ("over_bound", "over the bound of a percept"),
+    ("delayed", "still delayed"),
+];
+
 /// A few lines about a run, from its `summary.json`.
 pub(crate) fn lines(summary: &Value) -> String {
     let mut text = String::new();
@@ -13,7 +25,7 @@ pub(crate) fn lines(summary: &Value) -> String {
 
 fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
     let plain = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    let number = |key: &str| plain(&summary[key]);
+    let number = |key: &str| number(summary, key);
     let word = |key: &str| summary[key].as_str().unwrap_or_default();
     writeln!(
         text,
@@ -35,8 +47,60 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
         None => writeln!(text, ", not converged")?,
     }
     let packets = &summary["packets"];
-    writeln!(text, "packets: {} sent, {} heard", packets["sent"], packets["heard"])?;
+    write!(text, "packets: {} sent, {} heard", packets["sent"], packets["heard"])?;
+    for (key, what) in FATES {
+        if packets[key] != 0 {
+            write!(text, ", {} {what}", packets[key])?;
+        }
+    }
+    writeln!(text)?;
+    write_delivered(text, &summary["delivered"])?;
+    write_ledger(text, &summary["faults"])?;
     let tick = &summary["tick_us"];
     writeln!(text, "tick: {:.0} us median, {:.0} us p99", plain(&tick["p50"]), plain(&tick["p99"]))?;
     writeln!(text, "digest {}", word("digest"))
+}
+
+/// Share of packets that got through the crowd, beside the closed form.
+fn write_delivered(text: &mut String, delivered: &Value) -> fmt::Result {
+    let Some(share) = delivered["share"].as_f64() else { return Ok(()) };
+    let predicted = |value: &Value| value.as_f64().map_or("-".into(), |share| format!("{share:.4}"));
+    writeln!(text, "delivered in the crowd: {share:.4}, closed form {}", predicted(&delivered["predicted"]))?;
+    let Some(rows) = delivered["by_disturbers"].as_array() else { return Ok(()) };
+    writeln!(text, "\n  disturbers   packets   measured  predicted")?;
+    for row in rows {
+        let (disturbers, packets) = (number(row, "disturbers"), number(row, "packets"));
+        let (share, predicted) = (number(row, "share"), predicted(&row["predicted"]));
+        writeln!(text, "  {disturbers:>10}  {packets:>8}     {share:.4}     {predicted:>6}")?;
+    }
+    writeln!(text)
+}
+
+/// What each fault did, and how the swarm took it.
+fn write_ledger(text: &mut String, faults: &Value) -> fmt::Result {
+    for (index, fault) in faults.as_array().into_iter().flatten().enumerate() {
+        write!(text, "fault {index} ({}): ", fault["kind"].as_str().unwrap_or_default())?;
+        let Some(fired) = fault["fired_tick"].as_u64() else {
+            writeln!(text, "never fired (planned for tick {})", fault["planned_tick"])?;
+            continue;
+        };
+        let effects = fault["effects"].as_object().into_iter().flatten();
+        let effects: Vec<String> = effects.map(|(what, count)| format!("{count} {what}")).collect();
+        let back = |key: &str| match fault["recovered"][key].as_u64() {
+            Some(ticks) => format!("back after {ticks} ticks"),
+            None => "not recovered".into(),
+        };
+        writeln!(
+            text,
+            "fired at tick {fired}, {}; mean error {}, cost H {}",
+            effects.join(", "),
+            back("mean_error_ticks"),
+            back("cost_h_ticks")
+        )?;
+    }
+    Ok(())
+}
+
+fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap_or(f64::NAN)
 }

@@ -180,6 +180,9 @@ pub enum OnHang {
 pub struct OutputSpec {
     /// Seconds of virtual time between two rows of `metrics.csv`.
     pub metrics_every_s: Positive,
+    /// Whether the run shows how packets fared by the number of robots that could disturb them, beside the
+    /// closed form where one is known.
+    pub crowding: bool,
 }
 
 impl ProcessesSpec {
@@ -223,7 +226,7 @@ impl Default for ProcessesSpec {
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { metrics_every_s: constant!(Positive, 1.0) }
+        Self { metrics_every_s: constant!(Positive, 1.0), crowding: false }
     }
 }
 

@@ -1,0 +1,199 @@
+//! Recovery: how long a fault is felt.
+//!
+//! A quantity (mean ‖ê‖, or the coverage cost H) is back once its mean over the last
+//! [`SPAN_CYCLES`] neighbor cycles is at most 10 % above what it was before the fault, and stays
+//! so: the time of its last excursion counts. While a fault lasts it cannot be recovered from; once
+//! the next fault begins, what has been recovered stays recovered.
+
+use std::collections::VecDeque;
+
+use protocol::percept::Tick;
+use serde::Serialize;
+
+use crate::scenario::Scenario;
+
+/// Neighbor cycles that a value is the mean of: noise is no excursion.
+const SPAN_CYCLES: usize = 8;
+/// How far above its value before the fault a quantity may be and be back.
+const BAND: f64 = 1.1;
+/// Below this nothing is an excursion: rounding, in meters or in units of H.
+const NOTHING: f64 = 1e-9;
+
+/// What a fault can be felt in: mean ‖ê‖ and H.
+pub type Disturbance = [f64; 2];
+
+/// When a fault was no longer felt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Recovered {
+    /// Ticks from the fault until the mean estimated error was back; `None` if it was not.
+    pub mean_error_ticks: Option<Tick>,
+    /// Ticks from the fault until the coverage cost H was back; `None` if it was not.
+    pub cost_h_ticks: Option<Tick>,
+}
+
+/// The recovery of a swarm from every fault of a plan.
+#[derive(Clone, Debug)]
+pub struct Recovery {
+    faults: Vec<Watch>,
+    /// The last few values.
+    span: VecDeque<Disturbance>,
+    /// From when on values are needed.
+    wanted_from: Tick,
+}
+
+#[derive(Clone, Debug)]
+struct Watch {
+    begins: Tick,
+    ends: Tick,
+    /// Means before it began.
+    before: Option<Disturbance>,
+    back_since: [Option<Tick>; 2],
+    /// Another fault has begun since.
+    overlaid: bool,
+}
+
+impl Recovery {
+    /// Nothing has happened yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        let ticks = |time_s| scenario.tick_at(time_s);
+        let watch = |fault: &crate::scenario::FaultSpec| Watch {
+            begins: ticks(fault.begins_s()),
+            // Who is killed is gone at once; what comes later is the recovery.
+            ends: match fault.at_s {
+                Some(at_s) => ticks(at_s.get()),
+                None => fault.ends_s().map_or(Tick::MAX, ticks),
+            },
+            before: None,
+            back_since: [None; 2],
+            overlaid: false,
+        };
+        let faults: Vec<Watch> = scenario.fault.iter().map(watch).collect();
+        let first = faults.iter().map(|watch| watch.begins).min().unwrap_or(Tick::MAX);
+        let span_ticks = (SPAN_CYCLES as f64 * scenario.cycle_s() / scenario.step_s.get()).ceil() as Tick;
+        Self { faults, span: VecDeque::new(), wanted_from: first.saturating_sub(span_ticks) }
+    }
+
+    /// Whether what happens at this tick matters.
+    pub fn wants(&self, tick: Tick) -> bool {
+        tick >= self.wanted_from
+    }
+
+    /// Notes what is felt at a tick at which a neighbor cycle began.
+    pub fn observe(&mut self, tick: Tick, felt: Disturbance) {
+        self.note_beginnings(tick);
+        if self.span.len() == SPAN_CYCLES {
+            self.span.pop_front();
+        }
+        self.span.push_back(felt);
+        let Some(now) = self.mean() else { return };
+        for watch in self.faults.iter_mut().filter(|watch| watch.begins <= tick) {
+            watch.look(tick, now);
+        }
+    }
+
+    /// How each fault was recovered from, in the order of the plan.
+    pub fn recovered(&self) -> impl Iterator<Item = Recovered> {
+        self.faults.iter().map(|watch| {
+            let [error, cost] = watch.back_since.map(|since| Some(since?.saturating_sub(watch.begins)));
+            Recovered { mean_error_ticks: error, cost_h_ticks: cost }
+        })
+    }
+
+    fn note_beginnings(&mut self, tick: Tick) {
+        let mean = self.mean();
+        for at in 0..self.faults.len() {
+            if self.faults[at].begins > tick || self.faults[at].before.is_some() {
+                continue;
+            }
+            // What nothing was known of before cannot be recovered; NaN is never reached.
+            self.faults[at].before = Some(mean.unwrap_or([f64::NAN; 2]));
+            let begins = self.faults[at].begins;
+            for other in self.faults.iter_mut().filter(|other| other.begins < begins) {
+                other.overlaid = true;
+            }
+        }
+    }
+
+    fn mean(&self) -> Option<Disturbance> {
+        let count = self.span.len();
+        let sum = |which: usize| self.span.iter().map(|felt| felt[which]).sum::<f64>();
+        (count > 0).then(|| [sum(0) / count as f64, sum(1) / count as f64])
+    }
+}
+
+impl Watch {
+    fn look(&mut self, tick: Tick, now: Disturbance) {
+        let Some(before) = self.before else { return };
+        for (which, back_since) in self.back_since.iter_mut().enumerate() {
+            let back = tick >= self.ends && now[which] <= (before[which] * BAND).max(NOTHING);
+            match (back, &back_since) {
+                (true, None) => *back_since = Some(tick),
+                (false, Some(_)) if !self.overlaid => *back_since = None,
+                _ => {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn watched(faults: &str) -> Recovery {
+        let text = format!(
+            "duration_s = 100\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\n\
+             controller.gain_per_s = 1\nchannel.range_m = 1\n{faults}"
+        );
+        Recovery::new(&Scenario::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// Feeds a mean error per tick; H stays as it is.
+    fn fed(faults: &str, error: impl Fn(Tick) -> f64) -> Vec<Option<Tick>> {
+        let mut recovery = watched(faults);
+        for tick in (0..1000).filter(|&tick| recovery.wants(tick)).collect::<Vec<_>>() {
+            recovery.observe(tick, [error(tick), 5.0]);
+        }
+        recovery.recovered().map(|recovered| recovered.mean_error_ticks).collect()
+    }
+
+    const KILL: &str = "[[fault]]\nkind = \"kill\"\nat_s = 50\nrobots = 1\n";
+
+    #[test]
+    fn the_last_excursion_counts() {
+        // Up for 20 ticks, back for 10, up for 10 more; the mean lags by less than a span.
+        let error = |tick| if (500..520).contains(&tick) || (530..540).contains(&tick) { 2.0 } else { 1.0 };
+        let recovered = fed(KILL, error)[0].unwrap();
+        assert!((40..48).contains(&recovered), "{recovered}");
+    }
+
+    #[test]
+    fn what_is_not_felt_is_recovered_from_at_once() {
+        assert_eq!(fed(KILL, |_| 1.0), [Some(0)]);
+    }
+
+    #[test]
+    fn what_stays_up_is_not_recovered() {
+        assert_eq!(fed(KILL, |tick| if tick >= 500 { 1.2 } else { 1.0 }), [None]);
+    }
+
+    #[test]
+    fn a_fault_that_lasts_is_not_recovered_from() {
+        let jam = "[[fault]]\nkind = \"jam\"\nfrom_s = 50\nuntil_s = 60\n\
+                   region = { center_m = [1, 1], radius_m = 1 }\n";
+        assert_eq!(fed(jam, |_| 1.0), [Some(100)], "it ends after 100 ticks");
+    }
+
+    #[test]
+    fn what_has_been_recovered_stays_so_when_the_next_fault_comes() {
+        let later = KILL.replace("50", "80").replace("= 1\n", "= 2\n");
+        let error = |tick| if tick >= 800 { 9.0 } else { 1.0 };
+        assert_eq!(fed(&format!("{KILL}{later}"), error), [Some(0), None]);
+    }
+
+    #[test]
+    fn before_the_first_fault_nothing_is_asked_for() {
+        let recovery = watched(KILL);
+        assert!(!recovery.wants(491) && recovery.wants(492));
+        assert!(!watched("").wants(1_000_000_000));
+    }
+}
