@@ -6,6 +6,7 @@
 //! line of the ledger.
 
 mod burst;
+pub mod caution;
 mod choice;
 mod corrupt;
 mod delay;
@@ -160,11 +161,6 @@ impl FaultPlan {
         strikes
     }
 
-    /// Whether any fault is at work that could change what robots say, hear, sense or do.
-    pub fn is_idle(&self) -> bool {
-        self.faults.iter().all(|fault| fault.state != State::Active)
-    }
-
     /// A packet of robot `robot` as it goes out.
     pub fn transmitted(&mut self, tick: Tick, robot: u32, packet: Packet) -> Packet {
         let mut packet = packet;
@@ -237,11 +233,6 @@ impl FaultPlan {
     /// What each fault has done, in the order of the plan.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
         self.faults.iter().map(|fault| &fault.line)
-    }
-
-    /// The ticks at which faults have begun or begin.
-    pub fn beginnings(&self) -> impl Iterator<Item = Tick> {
-        self.faults.iter().map(|fault| fault.window.start)
     }
 
     fn active_on(&mut self, robot: u32) -> impl Iterator<Item = &mut Fault> {

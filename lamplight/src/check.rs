@@ -2,7 +2,8 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use arena::{Arena, scenario::Scenario};
+use arena::{Arena, fault::caution::cautions, scenario::Scenario};
+use arena_daemon::progress;
 use clap::Args;
 
 use crate::{failure::Failure, say::say};
@@ -15,7 +16,9 @@ pub(crate) struct CheckArgs {
 
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
-    Arena::new(&scenario).map_err(Failure::usage)?;
+    let arena = Arena::new(&scenario).map_err(Failure::usage)?;
+    progress::init_log(false);
+    cautions(&scenario, arena.poses()).iter().for_each(|caution| tracing::warn!("{caution}"));
     say(&format!(
         "{}: sound: {} robots, {} ticks of {} s\n",
         args.scenario.display(),

@@ -3,7 +3,12 @@
 use std::{fs, process, process::ExitCode};
 
 use anyhow::{Context, anyhow};
-use arena::{Arena, scenario::Scenario};
+use arena::{
+    Arena,
+    fault::caution::{cautions, named},
+    placement,
+    scenario::Scenario,
+};
 use arena_daemon::{
     engine::{self, Plan},
     options::RunOptions,
@@ -52,6 +57,10 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     json: bool,
 
+    /// Fail if a planned fault never fired
+    #[arg(long)]
+    strict_faults: bool,
+
     /// Name of the run, for agents that join by hand [default: SCENARIO-PID]
     #[arg(long)]
     name: Option<RunName>,
@@ -78,6 +87,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         }
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
+    let poses = placement::start(&scenario).map_err(Failure::usage)?;
+    cautions(&scenario, &poses).iter().for_each(|caution| tracing::warn!("{caution}"));
     let outcome = match args.engine {
         Engine::InProcess => in_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario)?,
@@ -92,7 +103,22 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     if *ended == json!(Ending::Failed) {
         return Err(Failure::Run(anyhow!("{}", summary["failure"].as_str().unwrap_or("the run failed"))));
     }
-    Ok(if *ended == json!(Ending::Interrupted) { interrupted(outcome.signal) } else { ExitCode::SUCCESS })
+    if *ended == json!(Ending::Interrupted) {
+        return Ok(interrupted(outcome.signal));
+    }
+    let idle = never_fired(&scenario, &summary);
+    idle.iter().for_each(|fault| tracing::warn!("{fault} never fired"));
+    match (args.strict_faults, idle.len()) {
+        (true, 1..) => Err(Failure::Run(anyhow!("{} of {} faults never fired", idle.len(), scenario.fault.len()))),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// The faults of the plan that did nothing.
+fn never_fired(scenario: &Scenario, summary: &Value) -> Vec<String> {
+    let ledger = summary["faults"].as_array().into_iter().flatten();
+    let plan = scenario.fault.iter().enumerate().zip(ledger);
+    plan.filter(|(_, line)| line["fired_tick"].is_null()).map(|((index, fault), _)| named(index, fault)).collect()
 }
 
 fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
@@ -125,8 +151,6 @@ fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
         return Err(Failure::Usage(anyhow!(message)));
     }
     limits::prepare(robots).map_err(Failure::Usage)?;
-    // A start that cannot be placed should fail here, before processes are started.
-    Arena::new(scenario).map_err(Failure::usage)?;
     let name = match &args.name {
         Some(name) => name.clone(),
         None => default_name(scenario),

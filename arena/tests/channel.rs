@@ -1,0 +1,252 @@
+//! The infrared against theory: delivered shares and run lengths in closed form, at every receiver.
+
+use arena::{
+    channel::{Channel, Moment, Reception, closed_form::delivered_share},
+    frame::{ArenaPoint, Pose},
+    packets::Packets,
+    scenario::{Override, Scenario},
+};
+use protocol::{packet::Packet, robot_id::RobotId};
+
+/// Robots that all hear each other, and a channel that only collisions disturb.
+fn crowd(robots: usize, seed: u64, channel: &[String]) -> Scenario {
+    let text = format!(
+        "duration_s = 1000
+         step_s = 1
+         arena.size_m = [1, 1]
+         robots.count = {robots}
+         controller.gain_per_s = 1
+         channel = {{ profile = \"isis\", range_m = 2, cycle_s = 1, sigma_range = 0 }}
+         seed = {seed}"
+    );
+    let sets: Vec<Override> = channel.iter().map(|set| format!("channel.{set}").parse().unwrap()).collect();
+    Scenario::parse("crowd", &text, &sets).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Plays `cycles` neighbor cycles of one tick each; what is heard in each.
+fn play(channel: &mut Channel, robots: usize, cycles: u64, mut heard: impl FnMut(&[Reception])) -> Packets {
+    let poses: Vec<Pose> =
+        (0..robots).map(|robot| Pose::unturned(ArenaPoint::new(robot as f64 / 100.0, 0.5))).collect();
+    let said: Vec<Option<Packet>> = (0..robots as u32)
+        .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
+        .collect();
+    let mut packets = Packets::default();
+    for tick in 0..cycles {
+        let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &poses, said: &said };
+        heard(&channel.play(&moment, &mut packets, &mut |_, packet| packet));
+        packets.check().unwrap();
+    }
+    packets
+}
+
+/// Mean over seeds of the delivered share of a crowd with `k` disturbers, and its standard error.
+fn delivered(k: usize, half_duplex: bool, settings: &[String]) -> (f64, f64) {
+    const SEEDS: u64 = 120;
+    const CYCLES: u64 = 25;
+    // A sender, a receiver (a disturber itself in half duplex), and the others.
+    let robots = k + 2 - usize::from(half_duplex);
+    let settings = [settings, &[format!("half_duplex={half_duplex}")]].concat();
+    let shares: Vec<f64> = (1..=SEEDS)
+        .map(|seed| {
+            let mut channel = Channel::new(&crowd(robots, seed, &settings));
+            // The first packets have nobody before them.
+            let first = play(&mut channel, robots, 2, |_| {});
+            let mut all = Channel::new(&crowd(robots, seed, &settings));
+            let all = play(&mut all, robots, CYCLES, |_| {});
+            (all.heard - first.heard) as f64 / (all.in_range - first.in_range) as f64
+        })
+        .collect();
+    let mean = shares.iter().sum::<f64>() / SEEDS as f64;
+    let variance = shares.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+    (mean, (variance / SEEDS as f64).sqrt())
+}
+
+/// Holds every scheme with these settings against its closed form, in half and full duplex.
+fn check(settings_of: impl Fn(f64) -> Vec<Vec<String>>) {
+    for r in [0.02, 0.04, 0.08] {
+        for settings in settings_of(r) {
+            let settings = [vec![format!("airtime_s={r}")], settings].concat();
+            for k in [4, 8, 16] {
+                for half_duplex in [false, true] {
+                    let scenario = crowd(2, 1, &settings);
+                    let predicted = delivered_share(&scenario.channel, k as u32).unwrap();
+                    let (mean, error) = delivered(k, half_duplex, &settings);
+                    println!(
+                        "{settings:?} k = {k}, half duplex {half_duplex}: {mean:.4} ± {error:.4}, {predicted:.4}"
+                    );
+                    assert!(
+                        (mean - predicted).abs() <= 3.0 * error,
+                        "{settings:?} k = {k}, half duplex {half_duplex}: {mean} ± {error}, not {predicted}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+fn set(text: impl Into<String>) -> String {
+    text.into()
+}
+
+#[test]
+fn free_running_cycles_deliver_what_theory_says_for_every_guard() {
+    // δ from r, a packet that just fits, past 2r, from where on no packet meets two of another robot.
+    check(|r| {
+        [1.0, 1.5, 2.0, 3.0]
+            .map(|guards| vec![set("access=random"), format!("guard_s={}", guards * r)])
+            .to_vec()
+    });
+}
+
+#[test]
+fn a_common_frame_delivers_what_theory_says() {
+    check(|_| vec![vec![set("access=aligned")]]);
+}
+
+#[test]
+fn slots_deliver_what_theory_says() {
+    check(|r| {
+        let fit = (1.0 / r + 1e-9) as u32;
+        [fit, fit / 2].map(|slots| vec![set("access=slotted"), format!("slots={slots}")]).to_vec()
+    });
+}
+
+#[test]
+fn phases_deliver_what_theory_says_of_wrapped_time() {
+    check(|_| vec![vec![set("access=fixed-phase")], vec![set("access=fixed-phase"), set("jitter_s=0.5")]]);
+}
+
+#[test]
+fn closed_forms_are_the_published_ones() {
+    // r, k, wrap-around, aligned frame.
+    for (r, k, wrapped, aligned) in [
+        (0.02, 4, 0.849, 0.848),
+        (0.02, 8, 0.721, 0.719),
+        (0.02, 16, 0.520, 0.517),
+        (0.04, 8, 0.513, 0.507),
+        (0.08, 8, 0.248, 0.237),
+    ] {
+        let share = |access: &str| {
+            let settings = [format!("airtime_s={r}"), format!("access={access}")];
+            delivered_share(&crowd(2, 1, &settings).channel, k).unwrap()
+        };
+        assert!((share("fixed-phase") - wrapped).abs() < 6e-4, "{r} {k}: {}", share("fixed-phase"));
+        assert!((share("aligned") - aligned).abs() < 6e-4, "{r} {k}: {}", share("aligned"));
+    }
+}
+
+/// Share of packets on a link that end a row of four misses or more: 8 disturbers, r = 0.04.
+fn four_misses(jitter: f64) -> f64 {
+    const ROBOTS: usize = 10;
+    const SEEDS: u64 = 1500;
+    const CYCLES: usize = 24;
+    let settings = [
+        set("access=fixed-phase"),
+        set("airtime_s=0.04"),
+        set("half_duplex=false"),
+        format!("jitter_s={jitter}"),
+    ];
+    let (mut rows, mut packets) = (0_u64, 0_u64);
+    for seed in 1..=SEEDS {
+        let mut channel = Channel::new(&crowd(ROBOTS, seed, &settings));
+        let mut heard = vec![[false; CYCLES + 8]; ROBOTS * ROBOTS];
+        play(&mut channel, ROBOTS, CYCLES as u64, |receptions| {
+            for reception in receptions {
+                let link = reception.sender as usize * ROBOTS + reception.receiver as usize;
+                heard[link][reception.number as usize] = true;
+            }
+        });
+        for sender in 0..ROBOTS {
+            for receiver in (0..ROBOTS).filter(|&receiver| receiver != sender) {
+                // The first packets and the last may be only half there.
+                let link = &heard[sender * ROBOTS + receiver][3..CYCLES];
+                for row in link.windows(4) {
+                    rows += u64::from(row.iter().all(|heard| !heard));
+                    packets += 1;
+                }
+            }
+        }
+    }
+    rows as f64 / packets as f64
+}
+
+#[test]
+fn fixed_phases_miss_in_rows_and_jitter_breaks_them() {
+    for (jitter, published) in [(0.0, 0.48), (0.05, 0.30), (0.1, 0.18), (0.2, 0.11), (0.5, 0.062)] {
+        let share = four_misses(jitter);
+        println!("jitter {jitter}: {share:.4}, published {published}");
+        assert!((share - published).abs() <= 0.01, "jitter {jitter}: {share}, published {published}");
+    }
+}
+
+#[test]
+fn the_first_packet_wins_where_a_receiver_locks_to_it() {
+    // Two senders: one of two overlapping packets is the first, so half of the collisions are won.
+    let share = |capture: &str| {
+        let settings =
+            [set("airtime_s=0.2"), set("half_duplex=false"), format!("capture={capture}"), set("access=aligned")];
+        let mut heard = 0.0;
+        for seed in 1..=200 {
+            let packets = play(&mut Channel::new(&crowd(3, seed, &settings)), 3, 20, |_| {});
+            heard += packets.heard as f64 / packets.in_range as f64 / 200.0;
+        }
+        heard
+    };
+    let (destroyed, locked) = (share("none"), share("first-lock"));
+    // In a common frame packets of one cycle never meet those of the next.
+    assert!((locked - (1.0 + destroyed) / 2.0).abs() < 0.01, "{destroyed} {locked}");
+}
+
+#[test]
+fn packets_meet_across_the_borders_of_cycles_and_ticks() {
+    // Ticks of a fifth of a packet: the same packets, the same fates, only later known.
+    let share = |step_s: f64| {
+        let settings = [set("airtime_s=0.2"), set("access=random")];
+        let scenario = crowd(4, 7, &settings);
+        let mut channel = Channel::new(&scenario);
+        let poses = vec![Pose::unturned(ArenaPoint::new(0.5, 0.5)); 4];
+        let said = vec![Some(Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 }); 4];
+        let (mut packets, mut all) = (Packets::default(), Vec::new());
+        let ticks = (40.0 / step_s).round() as u64;
+        for tick in 0..=ticks {
+            let time_s = tick as f64 * step_s;
+            let moment = Moment { tick, cycle: None, time_s, poses: &poses, said: &said };
+            let heard = channel.play(&moment, &mut packets, &mut |_, packet| packet);
+            all.extend(heard.iter().map(|heard| (heard.number, heard.sender, heard.receiver)));
+        }
+        all.sort_unstable();
+        all
+    };
+    assert!(share(1.0).len() > 100);
+    assert_eq!(share(1.0), share(0.04));
+}
+
+#[test]
+fn the_cost_of_a_tick_grows_with_packets_heard_and_not_with_pairs() {
+    for profile in ["ideal", "isis"] {
+        let examined_per_reception = |robots: u32| {
+            let side = (f64::from(robots) * 0.12).sqrt();
+            let text = format!(
+                "duration_s = 10\nstep_s = 0.25\narena.size_m = [{side}, {side}]\nrobots.count = {robots}\n\
+                 controller.gain_per_s = 1\nchannel = {{ profile = \"{profile}\", range_m = 1 }}"
+            );
+            let scenario = Scenario::parse("wide", &text, &[]).unwrap();
+            let poses = arena::placement::start(&scenario).unwrap();
+            let mut channel = Channel::new(&scenario);
+            let said: Vec<_> = (0..robots)
+                .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
+                .collect();
+            let mut packets = Packets::default();
+            for tick in 0..4 {
+                let time_s = tick as f64 * 0.25;
+                let moment = Moment { tick, cycle: Some(tick), time_s, poses: &poses, said: &said };
+                channel.play(&moment, &mut packets, &mut |_, packet| packet);
+            }
+            channel.examined() as f64 / packets.in_range as f64
+        };
+        let costs = [100, 1000, 10_000].map(examined_per_reception);
+        println!("{profile}: pairs looked at per packet in range: {costs:?}");
+        // Nine cells of the grid hold 9/π times as many as the disc, and more at the walls.
+        assert!(costs.iter().all(|cost| *cost < 4.0), "{profile}: {costs:?}");
+    }
+}
