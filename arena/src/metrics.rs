@@ -177,7 +177,7 @@ impl Partition {
 
     /// Area of the smallest cell, square meters; infinite without sites.
     pub fn smallest_area(&self) -> f64 {
-        self.cells.iter().map(|cell| area(cell)).fold(f64::INFINITY, f64::min)
+        self.cells.iter().map(area).fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The infrared against theory: delivered shares and run lengths in closed form, at every receiver.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use arena::{
     channel::{Channel, Moment, Reception, closed_form::delivered_share},
     frame::{ArenaPoint, Pose},

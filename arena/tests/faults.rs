@@ -1,5 +1,7 @@
 //! Faults one by one: what each kind does to packets, agents, sensors and bodies, and what the ledger says.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use arena::{
     Arena,
     channel::Reception,
