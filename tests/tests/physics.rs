@@ -1,10 +1,10 @@
-//! Section V with an ideal channel against independent reference results.
+//! Section V against independent reference results, with an ideal channel and with a real one.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use arena::{
     Arena,
-    metrics::mean_lamp_distance,
+    metrics::Metrics,
     scenario::{Override, Scenario},
 };
 use coverage::Controller;
@@ -18,27 +18,28 @@ const SEEDS: u64 = 20;
 const REFERENCE: [(f64, f64); 4] = [(1600.0, 1.386), (400.0, 1.058), (100.0, 0.753), (10.0, 0.652)];
 
 /// Mean over seeds of the final mean distance to the lamps.
-fn mean_distance(offset: f64, drive: &str) -> f64 {
-    let total: f64 = (1..=SEEDS).map(|seed| final_distance(offset, drive, seed)).sum();
-    total / SEEDS as f64
+fn mean_distance(sets: &[&str]) -> f64 {
+    let distance = |seed| final_state("swarmbots", sets, seed).mean_lamp_distance_m.unwrap();
+    (1..=SEEDS).map(distance).sum::<f64>() / SEEDS as f64
 }
 
-fn final_distance(offset: f64, drive: &str, seed: u64) -> f64 {
-    let sets = [format!("field.offset={offset}"), format!("robots.drive={drive}"), format!("seed={seed}")];
-    let sets: Vec<Override> = sets.iter().map(|set| set.parse().unwrap()).collect();
-    let scenario = Scenario::load(&programs::scenario("swarmbots"), &sets).unwrap();
+/// How a scenario with these settings ends.
+fn final_state(scenario: &str, sets: &[&str], seed: u64) -> Metrics {
+    let seed = format!("seed={seed}");
+    let sets = sets.iter().copied().chain([seed.as_str()]);
+    let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
+    let scenario = Scenario::load(&programs::scenario(scenario), &sets).unwrap();
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
     let mut minds: Vec<_> =
         (0..scenario.robot_count()).map(|index| Controller::new(RobotId::first(index), setup)).collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     for _ in 0..=scenario.ticks() {
-        let percepts = arena.tick(&commands);
-        commands = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+        if let Some(percepts) = arena.tick(&commands) {
+            commands = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+        }
     }
-    let positions: Vec<_> = arena.poses().iter().map(|pose| pose.position).collect();
-    let lamps: Vec<_> = scenario.lamps().iter().map(|lamp| lamp.position_m.get().into()).collect();
-    mean_lamp_distance(&positions, &lamps).unwrap()
+    arena.metrics(&commands)
 }
 
 #[test]
@@ -46,11 +47,49 @@ fn robots_gather_around_the_lamps_as_closely_as_the_offset_says() {
     println!("| Φ | reference, m | holonomic, m | differential drive, m |");
     println!("|---|---|---|---|");
     for (offset, reference) in REFERENCE {
-        let (holonomic, differential) =
-            (mean_distance(offset, "holonomic"), mean_distance(offset, "differential"));
+        let offset_set = format!("field.offset={offset}");
+        let distance = |drive: &str| mean_distance(&[&offset_set, &format!("robots.drive={drive}")]);
+        let (holonomic, differential) = (distance("holonomic"), distance("differential"));
         println!("| {offset} | {reference:.3} | {holonomic:.3} | {differential:.3} |");
         assert!((holonomic / reference - 1.0).abs() < 0.03, "Φ = {offset}: {holonomic} m");
         // Turning takes time and nothing else: the same places, a little later.
         assert!((differential / reference - 1.0).abs() < 0.1, "Φ = {offset}: {differential} m on wheels");
     }
+}
+
+/// Noise and collisions spread the swarm a little, and change nothing about the order.
+#[test]
+fn on_the_infrared_of_the_swarmbots_a_smaller_offset_still_packs_them_closer() {
+    println!("| Φ | isis, m |");
+    println!("|---|---|");
+    let mut last = f64::INFINITY;
+    for offset in [1600, 800, 400, 200, 100, 50, 10] {
+        let offset_set = format!("field.offset={offset}");
+        let isis = mean_distance(&[&offset_set, "channel.profile=isis", "controller.cell_cap_m=1"]);
+        println!("| {offset} | {isis:.3} |");
+        assert!(isis < last, "Φ = {offset}: {isis} m, the next larger offset gave {last} m");
+        last = isis;
+    }
+}
+
+/// Where few robots disturb each other and measure exactly, the infrared of the SwarmBots leads to the very
+/// configurations that the ideal channel leads to.
+#[test]
+fn without_noise_and_in_a_sparse_swarm_collisions_only_cost_time() {
+    let sparse = ["robots.count=5", "controller.gain_per_s=1", "step_s=0.05", "duration_s=600"];
+    let exact = ["channel.profile=isis", "channel.sigma_range=0", "channel.sigma_bearing_deg=0"];
+    // So patient that no row of misses makes a robot forget a neighbor: .16^16 per link and cycle.
+    let exact = [&exact[..], &["controller.neighbor_timeout_cycles=16"]].concat();
+    let ends = |sets: &[&str]| -> Vec<f64> {
+        (1..=8).map(|seed| final_state("one-gaussian", sets, seed).cost_h).collect()
+    };
+    let ideal = ends(&sparse);
+    let isis = ends(&[&sparse[..], &exact].concat());
+    println!("H, ideal: {ideal:?}\nH, isis:  {isis:?}");
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+    for cost_h in &isis {
+        assert!(ideal.iter().any(|known| same(*cost_h, *known)), "{cost_h} is no end of the ideal channel");
+    }
+    let alike = ideal.iter().zip(&isis).filter(|(ideal, isis)| same(**ideal, **isis)).count();
+    assert!(alike >= 6, "{alike} of 8 starts lead to the same end");
 }
