@@ -83,7 +83,7 @@ fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
         (0..scenario.robot_count()).map(|index| Controller::new(RobotId::first(index), setup)).collect();
     let mut arena = Arena::new(scenario).unwrap();
     let boots: Vec<Option<Command>> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
-    let percepts = arena.tick(&boots).to_vec();
+    let percepts = arena.tick(&boots).expect("a cycle begins at tick 0").to_vec();
     let answers: Vec<Command> =
         minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept)).collect();
     answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(command.goal)).collect()
