@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use arena::{Arena, metrics::estimated_errors, recovery::Recovery, scenario::Scenario};
 use hdrhistogram::Histogram;
-use protocol::setup::Mode;
+use protocol::{command::Command, setup::Mode};
 
 use crate::{
     outputs::Outputs,
@@ -28,6 +28,9 @@ pub struct Plan {
     pub quiet: bool,
 }
 
+/// Looks at the arena and the answers to its percepts after each tick. What it objects to ends the run.
+pub type Observer<'a> = dyn FnMut(&Arena, &[Option<Command>]) -> Result<(), String> + 'a;
+
 /// Runs `scenario` to its end and writes what it leaves.
 ///
 /// # Errors
@@ -39,6 +42,22 @@ pub fn run(
     plan: Plan,
     outputs: Outputs,
     stop: &StopFlag,
+) -> anyhow::Result<Summary> {
+    run_observed(scenario, arena, squad, plan, outputs, stop, &mut |_, _| Ok(()))
+}
+
+/// The same under the eyes of `observer`; if it objects, the run has failed.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_observed(
+    scenario: &Scenario,
+    arena: Arena,
+    squad: &mut dyn Squad,
+    plan: Plan,
+    outputs: Outputs,
+    stop: &StopFlag,
+    observer: &mut Observer<'_>,
 ) -> anyhow::Result<Summary> {
     let robots = arena.poses().len();
     let mut run = Run {
@@ -60,7 +79,7 @@ pub fn run(
     let course = match mustered {
         Ok(answers) => {
             run.answers = answers;
-            run.follow(plan)
+            run.follow(plan, observer)
         }
         Err(error) => Err(Interruption::Squad(error)),
     };
@@ -69,6 +88,7 @@ pub fn run(
     let (ended, failure) = match course {
         Ok(ending) => (ending, None),
         Err(Interruption::Squad(error)) => (Ending::Failed, Some(error.to_string())),
+        Err(Interruption::Observer(objection)) => (Ending::Failed, Some(objection)),
         Err(Interruption::Outputs(error)) => return Err(error),
     };
     let summary = run.summary(plan, ended, failure, start_up, wall);
@@ -91,15 +111,17 @@ struct Run<'a> {
 /// What cuts a run short.
 enum Interruption {
     Squad(SquadError),
+    Observer(String),
     Outputs(anyhow::Error),
 }
 
 impl Run<'_> {
-    fn follow(&mut self, plan: Plan) -> Result<Ending, Interruption> {
+    fn follow(&mut self, plan: Plan, observer: &mut Observer<'_>) -> Result<Ending, Interruption> {
         let mut pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
         let mut progress = Progress::begin(self.scenario.ticks(), plan.quiet);
         while !self.stop.is_raised() {
             self.tick().map_err(Interruption::Squad)?;
+            observer(&self.arena, &self.answers).map_err(Interruption::Observer)?;
             let status = self.status();
             let ending = self.ending(&status);
             if status.tick.is_multiple_of(self.scenario.sample_every_ticks()) || ending.is_some() {

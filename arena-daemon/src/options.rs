@@ -1,4 +1,4 @@
-//! What the command line says about a run, shared by `lamplight run` and `arena-daemon`.
+//! What the command line says about a scenario and a run of it, shared by the programs and their subcommands.
 
 use std::{
     ffi::OsString,
@@ -20,15 +20,12 @@ pub enum ModeName {
     Realtime,
 }
 
-/// Options of a run.
+/// Which scenario, and what the command line changes in it.
 #[derive(Args, Clone, Debug)]
-pub struct RunOptions {
+pub struct ScenarioOptions {
     /// Scenario file (TOML)
-    pub scenario: PathBuf,
-
-    /// How time passes
-    #[arg(long, value_enum, default_value_t)]
-    pub mode: ModeName,
+    #[arg(value_name = "SCENARIO")]
+    pub file: PathBuf,
 
     /// Number of robots, in place of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -42,13 +39,25 @@ pub struct RunOptions {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
 
-    /// In lock-step, run no faster than this multiple of real time [default: as fast as it can]
-    #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
-    pub speed: Option<f64>,
-
     /// Set any key of the scenario, such as channel.range_m=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub sets: Vec<String>,
+}
+
+/// Options of a run.
+#[derive(Args, Clone, Debug)]
+pub struct RunOptions {
+    /// Which scenario
+    #[command(flatten)]
+    pub scenario: ScenarioOptions,
+
+    /// How time passes
+    #[arg(long, value_enum, default_value_t)]
+    pub mode: ModeName,
+
+    /// In lock-step, run no faster than this multiple of real time [default: as fast as it can]
+    #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
+    pub speed: Option<f64>,
 
     /// Write summary.json, metrics.csv, robots.csv and scenario.toml to this new folder
     #[arg(long, value_name = "DIR")]
@@ -75,14 +84,36 @@ pub enum LoadError {
     SpeedInRealtime(f64),
 }
 
-impl RunOptions {
+impl ScenarioOptions {
     /// Reads the scenario, with what the command line sets. The options with names of their own
     /// win over `--set`.
+    pub fn load(&self) -> Result<Scenario, LoadError> {
+        Ok(Scenario::load(&self.file, &self.overrides()?)?)
+    }
+
+    fn overrides(&self) -> Result<Vec<Override>, OverrideError> {
+        let named = [
+            ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
+            ("seed", "seed", self.seed.map(|seed| seed.to_string())),
+            // TOML spells `nan` and `inf` in small letters.
+            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+        ];
+        let sets = self.sets.iter().map(|set| set.parse());
+        let named = named.into_iter().filter_map(|(option, key, value)| {
+            let value = value?;
+            Some(format!("{key}={value}").parse().map(|o: Override| o.spelled(format!("--{option} {value}"))))
+        });
+        sets.chain(named).collect()
+    }
+}
+
+impl RunOptions {
+    /// Reads the scenario, with what the command line sets.
     pub fn load(&self) -> Result<Scenario, LoadError> {
         if let (ModeName::Realtime, Some(speed)) = (self.mode, self.speed) {
             return Err(LoadError::SpeedInRealtime(speed));
         }
-        Ok(Scenario::load(&self.scenario, &self.overrides()?)?)
+        self.scenario.load()
     }
 
     /// How time passes.
@@ -111,21 +142,6 @@ impl RunOptions {
         }
         arguments.push(scenario.into());
         arguments
-    }
-
-    fn overrides(&self) -> Result<Vec<Override>, OverrideError> {
-        let named = [
-            ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
-            ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            // TOML spells `nan` and `inf` in small letters.
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
-        ];
-        let sets = self.sets.iter().map(|set| set.parse());
-        let named = named.into_iter().filter_map(|(option, key, value)| {
-            let value = value?;
-            Some(format!("{key}={value}").parse().map(|o: Override| o.spelled(format!("--{option} {value}"))))
-        });
-        sets.chain(named).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! How a run looks while it runs: one live line on a terminal, a plain line now and then elsewhere.
+//! How work looks while it goes on: one live line on a terminal, a plain line now and then elsewhere.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -35,52 +35,76 @@ pub struct Status {
 /// The display of one run.
 #[derive(Debug)]
 pub struct Progress {
-    quiet: bool,
-    live: Option<ProgressBar>,
+    meter: Meter,
     started: Instant,
-    shown: Instant,
 }
 
 impl Progress {
     /// Begins now. `quiet` shows nothing.
     pub fn begin(ticks: u64, quiet: bool) -> Self {
-        let live = (!quiet && io::stderr().is_terminal()).then(|| live_line(ticks));
-        let started = Instant::now();
-        Self { quiet, live, started, shown: started }
+        Self { meter: Meter::begin(Some(ticks), quiet), started: Instant::now() }
     }
 
     /// Shows `status` if it is time to.
     pub fn show(&mut self, status: &Status) {
+        let started = self.started;
+        self.meter.show(status.tick, || text(status, started.elapsed().as_secs_f64()));
+    }
+}
+
+/// Virtual time, speed, mean estimated error and robots alive; beside the bar it fits 80 columns.
+fn text(status: &Status, wall_s: f64) -> String {
+    format!(
+        "{:.1} s, {:.0} ticks/s, {:.1}x real time, ê {:.2e} m, {} alive",
+        status.time_s,
+        status.tick as f64 / wall_s,
+        status.time_s / wall_s,
+        status.mean_error_m,
+        status.alive,
+    )
+}
+
+/// One live line on a terminal, a plain line now and then elsewhere.
+#[derive(Debug)]
+pub struct Meter {
+    quiet: bool,
+    live: Option<ProgressBar>,
+    shown: Instant,
+}
+
+impl Meter {
+    /// Begins now: a bar if the end is known, `total` steps away. `quiet` shows nothing.
+    pub fn begin(total: Option<u64>, quiet: bool) -> Self {
+        let live = (!quiet && io::stderr().is_terminal()).then(|| live_line(total));
+        Self { quiet, live, shown: Instant::now() }
+    }
+
+    /// Shows a position and what `text` says, if it is time to.
+    pub fn show(&mut self, position: u64, text: impl FnOnce() -> String) {
         let every = if self.live.is_some() { LIVE_EVERY } else { PLAIN_EVERY };
         if self.quiet || self.shown.elapsed() < every {
             return;
         }
         self.shown = Instant::now();
-        let text = self.text(status);
         match &self.live {
             Some(line) => {
-                line.set_position(status.tick);
-                line.set_message(text);
+                line.set_position(position);
+                line.set_message(text());
             }
-            None => tracing::info!("{text}"),
+            None => tracing::info!("{}", text()),
         }
     }
 
-    /// Virtual time, speed, mean estimated error and robots alive; beside the bar it fits 80 columns.
-    fn text(&self, status: &Status) -> String {
-        let wall_s = self.started.elapsed().as_secs_f64();
-        format!(
-            "{:.1} s, {:.0} ticks/s, {:.1}x real time, ê {:.2e} m, {} alive",
-            status.time_s,
-            status.tick as f64 / wall_s,
-            status.time_s / wall_s,
-            status.mean_error_m,
-            status.alive,
-        )
+    /// Does what writes to the terminal, without the live line in its way.
+    pub fn aside<T>(&self, act: impl FnOnce() -> T) -> T {
+        match &self.live {
+            Some(line) => line.suspend(act),
+            None => act(),
+        }
     }
 }
 
-impl Drop for Progress {
+impl Drop for Meter {
     /// Clears the live line.
     fn drop(&mut self) {
         if let Some(line) = &self.live {
@@ -89,10 +113,14 @@ impl Drop for Progress {
     }
 }
 
-fn live_line(ticks: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:10} {percent:>3}% {wide_msg}")
-        .expect("the template is fixed and has been seen to parse");
-    let line = ProgressBar::with_draw_target(Some(ticks), ProgressDrawTarget::stderr()).with_style(style);
+fn live_line(total: Option<u64>) -> ProgressBar {
+    let template = match total {
+        Some(_) => "{bar:10} {percent:>3}% {wide_msg}",
+        None => "{spinner} {wide_msg}",
+    };
+    let style =
+        ProgressStyle::with_template(template).expect("the templates are fixed and have been seen to parse");
+    let line = ProgressBar::with_draw_target(total, ProgressDrawTarget::stderr()).with_style(style);
     LIVE.get_or_init(|| line).clone()
 }
 

@@ -24,7 +24,7 @@ use crate::{
     hearing::Hearing,
     light::LightSensors,
     measurement::Measurement,
-    metrics::{Metrics, Observer, Partition},
+    metrics::{Metrics, Observer},
     packets::Packets,
     placement::{self, PlacementError},
     random::{Draws, Purpose},
@@ -130,12 +130,6 @@ impl Arena {
     /// What faults can be felt in by now.
     pub fn disturbance(&self, answers: &[Option<Command>]) -> Disturbance {
         self.observer().disturbance(self.world.poses(), answers)
-    }
-
-    /// Area of the smallest global cell of a robot alive, square meters; infinite if none is.
-    pub fn smallest_cell(&self) -> f64 {
-        let alive = self.world.poses().iter().zip(&self.commands).filter(|(_, command)| command.is_some());
-        Partition::new(alive.map(|(pose, _)| pose.position).collect(), self.size_m()).smallest_area()
     }
 
     /// The tick whose percepts stand; 0 before the first.

@@ -174,11 +174,6 @@ impl Partition {
             .count();
         agree as f64 / self.sites.len().max(1) as f64
     }
-
-    /// Area of the smallest cell, square meters; infinite without sites.
-    pub fn smallest_area(&self) -> f64 {
-        self.cells.iter().map(area).fold(f64::INFINITY, f64::min)
-    }
 }
 
 /// Mean distance of `positions` to the middle of `lamps`; `None` without lamps or robots.

@@ -39,6 +39,11 @@ pub enum Purpose {
     FaultPacket = 11,
     /// What a fault does to a reading.
     FaultReading = 12,
+    /// The random fault plan of `lamplight fuzz`; the tick is the fault's place in it, counted from 1, or 0
+    /// for their number.
+    FuzzPlan = 13,
+    /// The random channel of `lamplight fuzz`.
+    FuzzChannel = 14,
 }
 
 /// The stream of one key.

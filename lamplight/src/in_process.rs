@@ -1,21 +1,70 @@
 //! The in-process engine: every controller in one plain loop, without a process or a byte of
 //! shared memory between them. Bit for bit what lock-step processes compute.
 
+use std::panic::{self, AssertUnwindSafe};
+
+use anyhow::bail;
+use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
+    engine::{self, Observer, Plan},
+    outputs::Outputs,
     squad::{Answers, Squad, SquadError, Standing},
     stop::StopFlag,
+    summary::Summary,
 };
 use coverage::Controller;
-use protocol::{percept::Percept, robot_id::RobotId, setup::ControllerSetup};
+use protocol::{
+    percept::Percept,
+    robot_id::RobotId,
+    setup::{ControllerSetup, Mode},
+};
+
+/// How a run goes by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    /// Cap on virtual over real time.
+    pub(crate) speed: Option<f64>,
+    /// No progress on standard error.
+    pub(crate) quiet: bool,
+}
+
+/// Runs `scenario`, whose start `arena` is, to its end in this process.
+pub(crate) fn run(
+    scenario: &Scenario,
+    arena: Arena,
+    Pace { speed, quiet }: Pace,
+    outputs: Outputs,
+    stop: &StopFlag,
+    observer: &mut Observer<'_>,
+) -> anyhow::Result<Summary> {
+    let mode = Mode::Lockstep;
+    let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
+    let plan = Plan { engine: "in-process", mode, speed, quiet };
+    engine::run_observed(scenario, arena, &mut squad, plan, outputs, stop, observer)
+}
+
+/// The same as fast as it can, without a word and without outputs: one run of many. A panic ends this run alone.
+pub(crate) fn run_quietly(
+    scenario: &Scenario,
+    stop: &StopFlag,
+    observer: &mut Observer<'_>,
+) -> anyhow::Result<Summary> {
+    // Nothing that the run has touched is used afterwards.
+    let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
+        let (arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
+        run(scenario, arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
+    }));
+    outcome.unwrap_or_else(|_| bail!("the engine panicked; standard error has its message"))
+}
 
 /// All minds of a run.
 #[derive(Debug)]
-pub(crate) struct InProcess {
+struct InProcess {
     controllers: Vec<Controller>,
 }
 
 impl InProcess {
-    pub(crate) fn new(robots: u32, setup: ControllerSetup) -> Self {
+    fn new(robots: u32, setup: ControllerSetup) -> Self {
         let mind = |index| Controller::new(RobotId::first(index), setup);
         Self { controllers: (0..robots).map(mind).collect() }
     }

@@ -5,10 +5,13 @@
 mod check;
 mod clean;
 mod failure;
+mod fuzz;
 mod in_process;
 mod limits;
+mod name;
 mod run;
 mod say;
+mod shrink;
 mod summary_text;
 mod supervisor;
 
@@ -30,6 +33,21 @@ struct Cli {
 enum Command {
     /// Run a scenario: start its robots, let them move, and write what happened
     Run(run::RunArgs),
+    /// Shrink a scenario: find the few faults and robots that a failure needs
+    ///
+    /// Runs the scenario in this process with ever fewer faults and robots, as long as the failure shows, and
+    /// saves the smallest one that does. Interrupted, the same command goes on where it was: what it has found
+    /// out is kept in FILE.journal until it is done. Exit status: 0 if a result was saved, 1 if the failure
+    /// does not show in the whole scenario, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    Shrink(shrink::ShrinkArgs),
+    /// Fuzz a scenario: run it with random fault plans and check what must always hold
+    ///
+    /// Run i (from 0) has the seed S + i, where S is the scenario's seed or --seed. From it are drawn the start,
+    /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
+    /// of the runs another channel. Each run lasts --duration, or else fuzz.duration_s, or else the scenario's
+    /// duration_s, at most 20 seconds of virtual time. A failed run prints the command that repeats it. Exit
+    /// status: 0 if no run failed, 1 if one did, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    Fuzz(fuzz::FuzzArgs),
     /// Check a scenario file; errors name the line
     Check(check::CheckArgs),
     /// Remove what crashed runs have left in shared memory; live runs are not touched
@@ -41,6 +59,8 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Shrink(args) => shrink::shrink(&args),
+        Command::Fuzz(args) => fuzz::fuzz(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
         Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),

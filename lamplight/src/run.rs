@@ -10,7 +10,6 @@ use arena::{
     scenario::Scenario,
 };
 use arena_daemon::{
-    engine::{self, Plan},
     options::RunOptions,
     outputs::{self, Outputs},
     progress,
@@ -27,8 +26,8 @@ use signal_hook::consts::SIGTERM;
 
 use crate::{
     failure::Failure,
-    in_process::InProcess,
-    limits,
+    in_process::{self, Pace},
+    limits, name,
     say::say,
     summary_text,
     supervisor::{self, Watch},
@@ -80,9 +79,11 @@ pub(crate) struct Outcome {
 
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     progress::init_log(args.options.quiet);
-    if let (Engine::Processes, Some(Ok(robots))) = (args.engine, args.options.robots.map(u32::try_from)) {
+    if let (Engine::Processes, Some(Ok(robots))) =
+        (args.engine, args.options.scenario.robots.map(u32::try_from))
+    {
         // The first limit a larger swarm meets, and the one a user can do something about.
-        if args.options.scenario.is_file() {
+        if args.options.scenario.file.is_file() {
             limits::prepare(robots).map_err(Failure::Usage)?;
         }
     }
@@ -90,7 +91,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     cautions(&scenario, &poses).iter().for_each(|caution| tracing::warn!("{caution}"));
     let outcome = match args.engine {
-        Engine::InProcess => in_process(args, &scenario)?,
+        Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario)?,
     };
     let Some(text) = outcome.summary else {
@@ -121,7 +122,7 @@ fn never_fired(scenario: &Scenario, summary: &Value) -> Vec<String> {
     plan.filter(|(_, line)| line["fired_tick"].is_null()).map(|((index, fault), _)| named(index, fault)).collect()
 }
 
-fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
+fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     let options = &args.options;
     if options.mode() == Mode::Realtime {
         let message =
@@ -133,14 +134,13 @@ fn in_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
         return Err(Failure::Usage(anyhow!(message)));
     }
     let arena = Arena::new(scenario).map_err(Failure::usage)?;
-    let mode = Mode::Lockstep;
     prepare_out(options)?;
-    let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
-    let plan = Plan { engine: "in-process", mode, speed: options.speed, quiet: options.quiet };
-    let summary = engine::run(scenario, arena, &mut squad, plan, outputs, &stop).map_err(Failure::Run)?;
+    let pace = Pace { speed: options.speed, quiet: options.quiet };
+    let summary =
+        in_process::run(scenario, arena, pace, outputs, &stop, &mut |_, _| Ok(())).map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 
@@ -183,7 +183,7 @@ fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
 
 /// The scenario's name, as far as a run's name can hold it, and our process number.
 fn default_name(scenario: &Scenario) -> RunName {
-    let clean = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    let stem: String = scenario.name.chars().map(clean).take(40).collect();
-    format!("{stem}-{}", process::id()).parse().expect("40 clean characters and a number make a name")
+    format!("{}-{}", name::plain(&scenario.name), process::id())
+        .parse()
+        .expect("40 clean characters and a number make a name")
 }

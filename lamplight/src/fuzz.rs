@@ -1,0 +1,236 @@
+//! `lamplight fuzz`: random fault plans, and what must hold whatever they do.
+
+mod invariants;
+mod plan;
+mod twin;
+
+use std::{
+    fs::{self, File},
+    io::{ErrorKind, Write},
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Instant,
+};
+
+use anyhow::{Context, anyhow};
+use arena::scenario::{Positive, Scenario};
+use arena_daemon::{
+    options::ScenarioOptions,
+    progress::{self, Meter},
+    stop::{StopFlag, exit_status},
+    summary::Summary,
+};
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+
+use self::{invariants::Watcher, twin::Workshop};
+use crate::{failure::Failure, in_process, limits, name, say::say};
+
+/// Longest run, in seconds of virtual time, that nobody asked for.
+const DURATION_MAX_S: f64 = 20.0;
+/// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
+const PATIENCE_S: f64 = 60.0;
+/// Highest seed that a scenario file can hold: TOML's whole numbers have a sign.
+const SEED_MAX: u64 = i64::MAX as u64;
+
+/// What each scenario is run by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Engines {
+    /// In this process and as a process per robot: both must agree
+    #[default]
+    Both,
+    /// In this process alone: many more runs in the same time
+    InProcess,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct FuzzArgs {
+    #[command(flatten)]
+    options: ScenarioOptions,
+
+    /// Number of runs
+    #[arg(long, value_name = "K", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+
+    /// What each scenario is run by
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engines,
+
+    /// Save the scenarios of failed runs in this folder, for `lamplight run` and `lamplight shrink`
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// No progress and no notes on standard error, only warnings and errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
+    progress::init_log(args.quiet);
+    let base = base(args)?;
+    if args.engine == Engines::Both {
+        limits::prepare(base.robot_count()).map_err(Failure::Usage)?;
+    }
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}; give --out another one", folder.display()))
+            .map_err(Failure::Usage)?;
+    }
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    let workshop = match args.engine {
+        Engines::Both => Some(Workshop::open().map_err(Failure::Run)?),
+        Engines::InProcess => None,
+    };
+
+    let began = Instant::now();
+    let mut meter = Meter::begin(Some(args.runs), args.quiet);
+    let (mut done, mut failed) = (0, 0);
+    for seed in base.seed..base.seed + args.runs {
+        let scenario = plan::drawn(&base, seed);
+        let outcome = check(&scenario, workshop.as_ref(), &stop);
+        if stop.is_raised() {
+            break;
+        }
+        done += 1;
+        if let Err(what) = outcome {
+            failed += 1;
+            let text = report(args, &scenario, &what)?;
+            meter.aside(|| say(&text))?;
+        }
+        meter.show(done, || {
+            let left_s = began.elapsed().as_secs_f64() / done as f64 * (args.runs - done) as f64;
+            format!("{done} of {} runs, {failed} failed, about {left_s:.0} s left", args.runs)
+        });
+    }
+    drop(meter);
+    match stop.signal() {
+        Some(signal) => {
+            say(&format!("{done} of {} runs, {failed} failed; interrupted\n", args.runs))?;
+            Ok(ExitCode::from(exit_status(signal)))
+        }
+        None => {
+            say(&format!("{done} runs, {failed} failed\n"))?;
+            Ok(if failed > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+        }
+    }
+}
+
+/// The scenario that all runs vary: short, patient, without faults of its own.
+fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
+    let mut base = args.options.load().map_err(Failure::usage)?;
+    let last = base.seed.checked_add(args.runs - 1);
+    if last.is_none_or(|last| last > SEED_MAX) {
+        return Err(Failure::Usage(anyhow!(
+            "--runs {} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer runs or a lower --seed",
+            args.runs,
+            base.seed
+        )));
+    }
+    if args.options.duration.is_none() {
+        let longest = Positive::new(base.duration_s.get().min(DURATION_MAX_S));
+        base.duration_s = base.fuzz.duration_s.or(longest).unwrap_or(base.duration_s);
+    }
+    for timeout_s in [&mut base.processes.hang_timeout_s, &mut base.processes.join_timeout_s] {
+        *timeout_s = Positive::new(timeout_s.get().max(PATIENCE_S)).unwrap_or(*timeout_s);
+    }
+    base.fault.clear();
+    // A shorter run may be too short for the channel's cycle.
+    Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]).map_err(|error| {
+        Failure::Usage(anyhow!("with duration_s = {}: {}", base.duration_s.get(), error.message))
+    })?;
+    Ok(base)
+}
+
+/// Runs one scenario by one engine or both; the error says what does not hold.
+fn check(scenario: &Scenario, workshop: Option<&Workshop>, stop: &StopFlag) -> Result<(), String> {
+    let text = scenario.to_toml();
+    let scenario = Scenario::parse("drawn", &text, &[])
+        .map_err(|error| format!("the scenario that was drawn is refused: {error}"))?;
+    let watcher = Watcher::of(&scenario);
+    let summary =
+        in_process::run_quietly(&scenario, stop, &mut |arena, answers| watcher.look(arena, answers))
+            .map_err(|error| format!("{error:#}"))?;
+    invariants::at_end(&summary)?;
+    let Some(workshop) = workshop else { return Ok(()) };
+    let twin = workshop.run(&text, scenario.seed, stop).map_err(|error| format!("{error:#}"))?;
+    agree(&summary, &twin)
+}
+
+/// Do both engines say the same, and the processes nothing that was not planned?
+fn agree(summary: &Summary, twin: &Value) -> Result<(), String> {
+    let ours = serde_json::to_value(summary).expect("a summary is plain data");
+    let same = ["digest", "packets", "robots_alive", "faults"].map(|key| (key, &ours[key]));
+    let (none, zero) = (json!([]), json!(0));
+    let quiet = [("incidents", &none), ("commands_refused", &zero)];
+    for (key, expected) in same.into_iter().chain(quiet) {
+        if twin[key] != *expected {
+            return Err(format!("as processes, {key} is {}, not {expected}", twin[key]));
+        }
+    }
+    Ok(())
+}
+
+/// What a failed run says: what broke, how to repeat it, and where its scenario is.
+fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> Result<String, Failure> {
+    let mut text =
+        format!("seed {} failed: {what}\n  repeat: {}\n", scenario.seed, replay(args, scenario.seed));
+    if let Some(folder) = &args.out {
+        let path = save(folder, scenario).map_err(Failure::Run)?;
+        text += &format!("  saved as {}\n", path.display());
+    }
+    Ok(text)
+}
+
+/// The one command that repeats the run of this seed.
+fn replay(args: &FuzzArgs, seed: u64) -> String {
+    let options = &args.options;
+    let mut words = vec!["lamplight".into(), "fuzz".into(), options.file.display().to_string()];
+    let mut add = |option: &str, value: String| words.extend([option.into(), value]);
+    add("--runs", "1".into());
+    add("--seed", seed.to_string());
+    let engine = args.engine.to_possible_value().expect("no engine is hidden");
+    add("--engine", engine.get_name().into());
+    options.sets.iter().for_each(|set| add("--set", set.clone()));
+    options.robots.iter().for_each(|robots| add("--robots", robots.to_string()));
+    options.duration.iter().for_each(|duration| add("--duration", duration.to_string()));
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// As a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:@%+".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.into(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
+/// Writes the scenario of a failed run to a file of its own.
+fn save(folder: &Path, scenario: &Scenario) -> anyhow::Result<PathBuf> {
+    let stem = format!("{}-seed-{}", name::plain(&scenario.name), scenario.seed);
+    let names =
+        std::iter::once(format!("{stem}.toml")).chain((2..).map(|copy| format!("{stem}-{copy}.toml")));
+    for path in names.map(|name| folder.join(name)) {
+        match File::create_new(&path).and_then(|mut file| file.write_all(scenario.to_toml().as_bytes())) {
+            Ok(()) => return Ok(path),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error).with_context(|| format!("cannot write {}", path.display())),
+        }
+    }
+    unreachable!("there is always one more number")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_read_them_otherwise() {
+        assert_eq!(quoted("channel.range_m=0.8"), "channel.range_m=0.8");
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted("fuzz.kinds=[\"kill\"]"), "'fuzz.kinds=[\"kill\"]'");
+        assert_eq!(quoted(""), "''");
+    }
+}

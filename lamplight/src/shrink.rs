@@ -1,0 +1,288 @@
+//! `lamplight shrink`: the few faults and robots that a failure needs.
+//!
+//! In:  a scenario that shows a failure, and the failure as an [`Expression`] over `summary.json`.
+//! Out: a scenario file that shows it as well, with fewer faults and robots.
+//!
+//! Candidates run in process, one after the other, so the same command finds the same.
+
+mod ddmin;
+mod expression;
+mod journal;
+mod swarm;
+
+use std::{
+    fs::File,
+    io::{ErrorKind, Write},
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use anyhow::{Context, anyhow};
+use arena::scenario::{FaultSpec, Scenario};
+use arena_daemon::{
+    options::ScenarioOptions,
+    progress::{self, Meter},
+    stop::{StopFlag, exit_status},
+};
+use clap::Args;
+use serde_json::Value;
+
+use self::{
+    ddmin::ddmin,
+    expression::Expression,
+    journal::{Journal, JournalError},
+    swarm::{fewest, with_robots},
+};
+use crate::{failure::Failure, in_process, name, say::say};
+
+#[derive(Args, Debug)]
+pub(crate) struct ShrinkArgs {
+    #[command(flatten)]
+    options: ScenarioOptions,
+
+    /// The failure, as comparisons of values of summary.json; it must show in the whole scenario
+    #[arg(long, value_name = "EXPR", long_help = UNTIL)]
+    until: String,
+
+    /// Write the smaller scenario to this new file [default: NAME-shrunk.toml]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+
+    /// No progress and no notes on standard error, only warnings and errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+const UNTIL: &str = "\
+The failure, as comparisons of values of summary.json; it must show in the whole scenario
+
+    mean_error_m > 0.05
+    packets.heard < 100 && robots_alive == 50
+    converged_at_s == null
+    ended == \"failed\" or (mean_lamp_distance_m > 1 and not cost_h < 80)
+    faults.0.fired_tick >= 600
+
+Comparisons are < <= > >= == != between values of the summary, numbers, \"texts\", true, false and null; \
+they are joined by && (and), || (or), ! (not) and parentheses. Lengths are in meters (_m), times in \
+seconds of virtual time (_s). Faults are numbered in the plan as it is then: as faults are left out, \
+others move up. A failure of so many robots says of how many, or fewer robots show it at once: \
+robots == 50 && robots_alive < 49.";
+
+pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
+    progress::init_log(args.quiet);
+    let expression: Expression =
+        args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
+    let whole = args.options.load().map_err(Failure::usage)?;
+    arena::Arena::new(&whole).map_err(Failure::usage)?;
+    let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
+    refuse_to_overwrite(&out)?;
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    let (robots, faults) = (whole.robot_count(), whole.fault.len());
+
+    let mut search = Search {
+        journal: Journal::open(journal_path(&out)).map_err(Failure::usage)?,
+        meter: Meter::begin(None, args.quiet),
+        expression,
+        stop,
+        tries: 0,
+        left: (faults, robots),
+    };
+    if search.journal.len() > 0 {
+        tracing::info!(
+            "going on from {} verdicts in {}",
+            search.journal.len(),
+            search.journal.path().display()
+        );
+    }
+    let outcome = search.first_look(&whole).and_then(|()| search.smallest(whole));
+    let Search { journal, meter, expression, tries, .. } = search;
+    drop(meter);
+    match outcome {
+        Ok(small) => {
+            save(&out, &small, &args.options.file, &expression, (faults, robots))?;
+            journal.remove().map_err(Failure::run)?;
+            say(&account(&small, &expression, (faults, robots), tries, &out))?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Err(Halt::Interrupted(signal)) => {
+            eprintln!(
+                "interrupted after {tries} tries; the same command goes on from there (verdicts are kept in {})",
+                journal.path().display()
+            );
+            Ok(ExitCode::from(exit_status(signal)))
+        }
+        Err(Halt::Failure(failure)) => {
+            // Nothing was found out that the whole scenario does not say at once.
+            if journal.len() == 0 {
+                journal.remove().map_err(Failure::run)?;
+            }
+            Err(failure)
+        }
+    }
+}
+
+/// Why a search ends without a result.
+enum Halt {
+    Interrupted(i32),
+    Failure(Failure),
+}
+
+impl From<JournalError> for Halt {
+    fn from(error: JournalError) -> Self {
+        Self::Failure(Failure::run(error))
+    }
+}
+
+struct Search {
+    expression: Expression,
+    journal: Journal,
+    stop: StopFlag,
+    meter: Meter,
+    /// Candidates run.
+    tries: u64,
+    /// Faults and robots of the smallest scenario that shows the failure so far.
+    left: (usize, u32),
+}
+
+impl Search {
+    /// Does the whole scenario show the failure?
+    fn first_look(&mut self, whole: &Scenario) -> Result<(), Halt> {
+        let summary = self.summary(whole)?.map_err(|error| Halt::Failure(Failure::Run(error)))?;
+        let expression = &self.expression;
+        expression
+            .check(&summary)
+            .with_context(|| format!("--until '{expression}'"))
+            .map_err(|error| Halt::Failure(Failure::Usage(error)))?;
+        if expression.holds(&summary) {
+            return Ok(());
+        }
+        let found = expression.findings(&summary);
+        let found = if found.is_empty() { format!("{expression} is false") } else { found };
+        Err(Halt::Failure(Failure::Run(anyhow!("the failure does not show: {found}"))))
+    }
+
+    /// Fewer faults, then fewer robots, and again until nothing changes.
+    fn smallest(&mut self, whole: Scenario) -> Result<Scenario, Halt> {
+        let mut small = whole;
+        loop {
+            let faults = ddmin(&small.fault.clone(), |faults| {
+                self.shows(&Scenario { fault: faults.to_vec(), ..small.clone() })
+            })?;
+            let settled = faults.len() == small.fault.len();
+            small.fault = faults;
+            let robots = fewest(small.robot_count(), |robots| match with_robots(&small, robots) {
+                Some(candidate) => self.shows(&candidate),
+                None => Ok(false),
+            })?;
+            if robots == small.robot_count() && settled {
+                return Ok(small);
+            }
+            small = with_robots(&small, robots).unwrap_or(small);
+        }
+    }
+
+    /// Whether a candidate is a scenario and shows the failure.
+    fn shows(&mut self, candidate: &Scenario) -> Result<bool, Halt> {
+        let text = candidate.to_toml();
+        let Ok(candidate) = Scenario::parse("candidate", &text, &[]) else { return Ok(false) };
+        let key = journal::key(&self.expression.to_string(), &text);
+        let shows = match self.journal.verdict(&key) {
+            Some(shows) => shows,
+            None => {
+                let shows = self.summary(&candidate)?.is_ok_and(|summary| self.expression.holds(&summary));
+                self.journal.record(key, shows)?;
+                shows
+            }
+        };
+        if shows {
+            self.left = (candidate.fault.len(), candidate.robot_count());
+        }
+        Ok(shows)
+    }
+
+    /// Runs a candidate; the inner error says why it cannot be run.
+    fn summary(&mut self, candidate: &Scenario) -> Result<anyhow::Result<Value>, Halt> {
+        let summary = in_process::run_quietly(candidate, &self.stop, &mut |_, _| Ok(()));
+        if let Some(signal) = self.stop.signal() {
+            return Err(Halt::Interrupted(signal));
+        }
+        self.tries += 1;
+        let (tries, (faults, robots)) = (self.tries, self.left);
+        self.meter.show(tries, || format!("{tries} tries: {faults} faults and {robots} robots left"));
+        Ok(summary.and_then(|summary| Ok(serde_json::to_value(summary)?)))
+    }
+}
+
+fn journal_path(out: &Path) -> PathBuf {
+    let mut path = out.as_os_str().to_owned();
+    path.push(".journal");
+    path.into()
+}
+
+fn refuse_to_overwrite(out: &Path) -> Result<(), Failure> {
+    match out.symlink_metadata() {
+        Ok(_) => Err(Failure::Usage(already_there(out))),
+        Err(_) => Ok(()),
+    }
+}
+
+fn already_there(out: &Path) -> anyhow::Error {
+    anyhow!("{} is there already; give --out the name of a new file, or remove this one", out.display())
+}
+
+/// Writes the result, with a line about where it comes from.
+fn save(
+    out: &Path,
+    small: &Scenario,
+    origin: &Path,
+    expression: &Expression,
+    (faults, robots): (usize, u32),
+) -> Result<(), Failure> {
+    let one_line = |text: String| text.replace(|c: char| c.is_control(), " ");
+    let origin = one_line(origin.display().to_string());
+    let expression = one_line(expression.to_string());
+    let text = format!(
+        "# Shrunk from {origin} ({faults} faults, {robots} robots) by `lamplight shrink`; shows\n\
+         #   {expression}\n\n{}",
+        small.to_toml()
+    );
+    let written = File::create_new(out).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => Failure::Usage(already_there(out)),
+        _ => Failure::Run(anyhow!("cannot write {}: {error}", out.display())),
+    })
+}
+
+/// What was found, for a person.
+fn account(
+    small: &Scenario,
+    expression: &Expression,
+    (faults, robots): (usize, u32),
+    tries: u64,
+    out: &Path,
+) -> String {
+    let mut text = format!(
+        "{} of {faults} faults and {} of {robots} robots still show it ({expression}), found in {tries} tries\n",
+        small.fault.len(),
+        small.robot_count()
+    );
+    for fault in &small.fault {
+        text += &format!("  {}\n", in_one_line(fault));
+    }
+    text + &format!("saved as {}\n", out.display())
+}
+
+/// `kill: at_s = 3.0, robots = "7"`.
+fn in_one_line(fault: &FaultSpec) -> String {
+    let value = serde_json::to_value(fault).expect("a fault is plain data");
+    let given = value.as_object().into_iter().flatten();
+    let keys: Vec<String> = given
+        .filter(|(key, value)| *key != "kind" && !value.is_null())
+        .map(|(key, value)| format!("{key} = {value}"))
+        .collect();
+    match keys.is_empty() {
+        true => fault.kind.name().into(),
+        false => format!("{}: {}", fault.kind.name(), keys.join(", ")),
+    }
+}
