@@ -139,6 +139,8 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
+        let strikes = self.arena.strikes();
+        self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
         if let Some(percepts) = self.arena.tick(&self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
         }

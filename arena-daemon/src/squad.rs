@@ -1,12 +1,18 @@
 //! The robots of a run behind one small interface: percepts go in, commands come out.
 
+pub mod in_process;
 pub mod lockstep;
 mod members;
 pub mod realtime;
 
 pub use members::Hosting;
 
-use protocol::{command::Command, percept::Percept, robot_id::RobotId};
+use arena::fault::Strike;
+use protocol::{
+    command::Command,
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+};
 use serde::Serialize;
 
 use crate::stop::StopFlag;
@@ -19,6 +25,12 @@ pub trait Squad {
     /// Waits until every robot is there and returns what they do at first: stand still and say
     /// who they are. May return early, with robots missing, once `stop` is raised.
     fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
+
+    /// Does to agents what the fault plan says for `tick`, the tick to come. Who is killed or paused
+    /// is silent at once and gets no percepts; who goes on takes part again from the next exchange
+    /// on; who is restarted begins a new life, whose first command is in `answers` as soon as it
+    /// has come. Robots that are left out stay so.
+    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError>;
 
     /// Gives each robot its percept and puts what they answer into `answers`.
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
@@ -47,7 +59,7 @@ pub struct Standing {
     pub id: RobotId,
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
-    /// Whether its agent takes part.
+    /// Whether its agent takes part: it is neither left out, nor killed or paused by the plan.
     pub alive: bool,
     /// Commands that were refused.
     pub refused: u64,

@@ -1,5 +1,4 @@
-//! The in-process engine: every controller in one plain loop, without a process or a byte of
-//! shared memory between them. Bit for bit what lock-step processes compute.
+//! Runs by the in-process engine: one for `run`, many for `shrink` and `fuzz`.
 
 use std::panic::{self, AssertUnwindSafe};
 
@@ -8,16 +7,11 @@ use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
     engine::{self, Observer, Plan},
     outputs::Outputs,
-    squad::{Answers, Squad, SquadError, Standing},
+    squad::in_process::InProcess,
     stop::StopFlag,
     summary::Summary,
 };
-use coverage::Controller;
-use protocol::{
-    percept::Percept,
-    robot_id::RobotId,
-    setup::{ControllerSetup, Mode},
-};
+use protocol::setup::Mode;
 
 /// How a run goes by.
 #[derive(Clone, Copy, Debug)]
@@ -55,37 +49,4 @@ pub(crate) fn run_quietly(
         run(scenario, arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
     }));
     outcome.unwrap_or_else(|_| bail!("the engine panicked; standard error has its message"))
-}
-
-/// All minds of a run.
-#[derive(Debug)]
-struct InProcess {
-    controllers: Vec<Controller>,
-}
-
-impl InProcess {
-    fn new(robots: u32, setup: ControllerSetup) -> Self {
-        let mind = |index| Controller::new(RobotId::first(index), setup);
-        Self { controllers: (0..robots).map(mind).collect() }
-    }
-}
-
-impl Squad for InProcess {
-    fn muster(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
-        Ok(self.controllers.iter_mut().map(|mind| Some(mind.boot())).collect())
-    }
-
-    fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
-        for ((mind, percept), answer) in self.controllers.iter_mut().zip(percepts).zip(answers) {
-            *answer = Some(mind.step(percept));
-        }
-        Ok(())
-    }
-
-    fn dismiss(&mut self) {}
-
-    fn standings(&self) -> Vec<Standing> {
-        let standing = |index| Standing { id: RobotId::first(index), pid: None, alive: true, refused: 0 };
-        (0..self.controllers.len() as u32).map(standing).collect()
-    }
 }

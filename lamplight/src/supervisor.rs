@@ -190,9 +190,16 @@ impl<'a> Supervisor<'a> {
             Event::Start(id) => self.to_start.push_back(id),
             Event::End(id) => {
                 self.to_start.retain(|queued| *queued != id);
-                let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
-                theirs.for_each(|(pid, _)| kill(*pid));
+                self.send(id, Signal::KILL);
             }
+            Event::Stop(id) => {
+                // Who is to be stopped must be there first.
+                while self.to_start.contains(&id) {
+                    self.spawn_next()?;
+                }
+                self.send(id, Signal::STOP);
+            }
+            Event::Continue(id) => self.send(id, Signal::CONT),
             Event::Summary(summary) => self.summary = Some(summary),
             Event::Failed(why) => bail!("{why}"),
         }
@@ -212,6 +219,13 @@ impl<'a> Supervisor<'a> {
             .with_context(|| format!("cannot start the agent of {id}"))?;
         self.agents.insert(Pid::from_child(&child), id);
         Ok(())
+    }
+
+    /// Signals the process of one life, if it is our child. Nobody else's word counts for which
+    /// process that is.
+    fn send(&self, id: RobotId, signal: Signal) {
+        let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
+        theirs.for_each(|(pid, _)| tell(*pid, signal));
     }
 
     /// The first signal asks the arena to end the run; a second one, not at the heels of the first,
@@ -250,7 +264,7 @@ impl<'a> Supervisor<'a> {
 
     fn kill_arena(&self) {
         if self.arena_ended.is_none() {
-            kill(self.arena);
+            tell(self.arena, Signal::KILL);
         }
     }
 
@@ -290,7 +304,7 @@ impl<'a> Supervisor<'a> {
                 }
             };
             if impatient && deadline.take().is_some() {
-                self.agents.keys().copied().for_each(kill);
+                self.agents.keys().for_each(|pid| tell(*pid, Signal::KILL));
             }
             self.reap();
         }
@@ -341,9 +355,9 @@ fn writer_of_orders(mut input: ChildStdin) -> Sender<Order> {
     sender
 }
 
-/// Kills a child that has not been reaped, so its number is still its own.
-fn kill(pid: Pid) {
-    let _ = kill_process(pid, Signal::KILL);
+/// Sends a signal to a child that has not been reaped, so its number is still its own.
+fn tell(pid: Pid, signal: Signal) {
+    let _ = kill_process(pid, signal);
 }
 
 fn described(status: WaitStatus) -> String {

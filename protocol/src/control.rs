@@ -17,6 +17,10 @@ pub enum Event {
     Start(RobotId),
     /// This life of the robot is over for the arena: end its process, if it is yours.
     End(RobotId),
+    /// The plan pauses this life of the robot: stop its process, if it is yours.
+    Stop(RobotId),
+    /// The pause is over: let its process go on, if it is yours.
+    Continue(RobotId),
     /// The run is over; this is its `summary.json`.
     Summary(String),
     /// There is no summary, for this reason.

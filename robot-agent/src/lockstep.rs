@@ -13,14 +13,23 @@ use crate::{Abandoned, agent::Agent};
 const ALIVE_POLL: Duration = Duration::from_millis(250);
 /// How long rounds may pass it by before it understands that it has been left out.
 const LEFT_OUT: Duration = Duration::from_secs(2);
+/// An agent that runs looks around every [`ALIVE_POLL`]. After a gap like this it was itself away,
+/// stopped perhaps, and rounds that passed it by until then say nothing.
+const AWAY: Duration = Duration::from_secs(1);
 
 pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
     let mut seen = bell.round();
     let mut passed_by_since = None;
     agent.announce()?;
     bell.answer();
+    let mut looked = Instant::now();
     loop {
-        match bell.wait_for_ring(seen, ALIVE_POLL) {
+        let ring = bell.wait_for_ring(seen, ALIVE_POLL);
+        if looked.elapsed() > AWAY {
+            passed_by_since = None;
+        }
+        looked = Instant::now();
+        match ring {
             Ring::Closed => return Ok(()),
             Ring::Round(round) => {
                 seen = round;

@@ -18,6 +18,8 @@ use crate::{Abandoned, agent::Agent};
 const ALIVE_POLL: Duration = Duration::from_millis(250);
 /// Silence after which it understands that it has been left out.
 const LEFT_OUT: Duration = Duration::from_secs(10);
+/// After a gap like this, which no nap explains, it was itself away, stopped perhaps.
+const AWAY: Duration = Duration::from_secs(1);
 /// Longest nap, so that the end of the run is noticed.
 const NAP: Duration = Duration::from_millis(250);
 
@@ -34,8 +36,14 @@ pub(crate) fn run(
     let (mut deadline, mut answered, mut asked) = (Instant::now(), Instant::now(), Instant::now());
     // Percepts begin when everyone is there; until then silence means nothing.
     let mut begun = false;
+    let mut looked = Instant::now();
     while !bell.is_closed() {
         let now = Instant::now();
+        if now - looked > AWAY {
+            // Nobody could have answered in that time.
+            answered = now;
+        }
+        looked = now;
         if now >= deadline {
             // A missed deadline is not made up for: there is one newest percept, and one answer to it.
             deadline = (deadline + period).max(now);

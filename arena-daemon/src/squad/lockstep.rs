@@ -1,11 +1,11 @@
 //! Processes in lock-step: the arena waits for every live agent, every tick.
 
 use std::{
-    thread,
+    mem, thread,
     time::{Duration, Instant},
 };
 
-use arena::scenario::Scenario;
+use arena::{fault::{Act, Strike}, scenario::Scenario};
 use protocol::{
     percept::{Percept, Tick},
     setup::Mode,
@@ -33,6 +33,19 @@ impl Lockstep {
     /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
     pub fn open(scenario: &Scenario, hosting: Hosting, stop: StopFlag) -> Result<Self, SquadError> {
         Ok(Self { members: Members::open(scenario, Mode::Lockstep, hosting)?, stop })
+    }
+
+    fn await_joining(
+        &mut self,
+        reborn: Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        if reborn.is_empty() {
+            return Ok(());
+        }
+        self.members.doorbell.expect(reborn.len() as u32);
+        self.members.await_joining(&reborn, tick, &self.stop, answers)
     }
 
     /// Waits for the answers of `missing`, and deals with those that do not come.
@@ -90,6 +103,21 @@ impl Lockstep {
 impl Squad for Lockstep {
     fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
         self.members.muster(stop)
+    }
+
+    /// Waits for every new life.
+    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
+        let mut reborn = Vec::new();
+        for &strike in strikes {
+            if strike.act == Act::Pause {
+                // A new life is there before it is paused, so that it takes part right after.
+                self.await_joining(mem::take(&mut reborn), tick, answers)?;
+            }
+            if self.members.strike(strike, answers)? && strike.act == Act::Restart {
+                reborn.push(strike.robot as usize);
+            }
+        }
+        self.await_joining(reborn, tick, answers)
     }
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {

@@ -9,7 +9,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::scenario::{OnHang, Scenario};
+use arena::{
+    fault::{Act, Strike},
+    scenario::{OnHang, Scenario},
+};
 use protocol::{
     codec,
     command::Command,
@@ -19,7 +22,7 @@ use protocol::{
     raw::{BOOT_TICK, CommandError},
     robot_id::RobotId,
     run_dir::RunDir,
-    services::{ArenaPorts, Medium},
+    services::{ArenaPorts, Medium, bury},
     setup::Mode,
 };
 
@@ -35,6 +38,9 @@ use crate::{
 const READS_MAX: usize = 8;
 /// How often the arena looks for agents that join.
 const JOIN_POLL: Duration = Duration::from_millis(5);
+/// How long the arena keeps what a life has left for the news that its process has died. Without
+/// the news, a few small files stay until the run ends.
+const DYING: Duration = Duration::from_secs(10);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
 
@@ -76,8 +82,21 @@ enum Presence {
     Expected { since: Instant },
     /// It takes part.
     Present,
-    /// It is left out for good.
+    /// The plan has stopped it; it may not have come before that.
+    Paused { joined: bool },
+    /// The plan has killed it.
+    Down,
+    /// Nobody planned to lose it; it is left out for good.
     Out,
+}
+
+/// A life that is over for the arena, until its process has ended too: SIGKILL takes its time.
+#[derive(Debug)]
+struct Remains {
+    id: RobotId,
+    process: Option<Process>,
+    since: Instant,
+    ports: ArenaPorts,
 }
 
 /// All agents of a run.
@@ -91,6 +110,8 @@ pub(super) struct Members {
     join_timeout: Duration,
     deliveries_max: usize,
     members: Vec<Member>,
+    /// In no order; one per robot that ends, for the time its process takes to die.
+    remains: Vec<Remains>,
     incidents: Vec<Incident>,
 }
 
@@ -120,6 +141,7 @@ impl Members {
             join_timeout: scenario.processes.join_timeout(),
             deliveries_max,
             members,
+            remains: Vec::new(),
             incidents: Vec::new(),
         })
     }
@@ -130,17 +152,30 @@ impl Members {
         self.doorbell.expect(self.members.len() as u32);
         self.hosting.link.tell(&Event::Ready);
         self.announce_by_hand();
+        let everyone: Vec<usize> = (0..self.members.len()).collect();
+        self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
+        Ok(answers)
+    }
+
+    /// Waits until nobody of `indices` is expected any more, or `stop` is raised.
+    pub(super) fn await_joining(
+        &mut self,
+        indices: &[usize],
+        tick: Tick,
+        stop: &StopFlag,
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
         let mut noted = Instant::now();
         loop {
-            self.welcome(BOOT_TICK, &mut answers)?;
-            let expected = |member: &&Member| matches!(member.presence, Presence::Expected { .. });
-            let missing = self.members.iter().filter(expected).count();
+            self.welcome(tick, answers)?;
+            let expected = |&&index: &&usize| self.members[index].is_expected();
+            let missing = indices.iter().filter(expected).count();
             if missing == 0 || stop.is_raised() {
-                return Ok(answers);
+                return Ok(());
             }
             if noted.elapsed() >= NOTE_EVERY {
                 noted = Instant::now();
-                tracing::info!("waiting for {missing} of {} robots to join", self.members.len());
+                tracing::info!("waiting for {missing} of {} robots to join", indices.len());
             }
             if self.doorbell.wait_for_answers(JOIN_POLL) {
                 // The countdown is through, but somebody is missing: look again a little later.
@@ -149,22 +184,45 @@ impl Members {
         }
     }
 
+    /// Does to an agent's process what the plan says. Returns whether that changes anything: nothing
+    /// can be done to a robot that is left out, or to a dead one but to restart it.
+    pub(super) fn strike(&mut self, strike: Strike, answers: &mut Answers) -> Result<bool, SquadError> {
+        let index = strike.robot as usize;
+        let Member { id, presence, .. } = self.members[index];
+        let becomes = match (strike.act, presence) {
+            (_, Presence::Out)
+            | (Act::Kill | Act::Pause | Act::Resume, Presence::Down)
+            | (Act::Pause, Presence::Paused { .. })
+            | (Act::Resume, Presence::Expected { .. } | Presence::Present) => return Ok(false),
+            (Act::Kill, _) => {
+                self.end(index);
+                Presence::Down
+            }
+            (Act::Restart, _) => {
+                self.end(index);
+                self.announce_restart(id.reborn());
+                self.begin(index, id.reborn())?
+            }
+            (Act::Pause, presence) => {
+                self.hosting.link.tell(&Event::Stop(id));
+                Presence::Paused { joined: presence == Presence::Present }
+            }
+            (Act::Resume, Presence::Paused { joined }) => {
+                self.hosting.link.tell(&Event::Continue(id));
+                if joined { Presence::Present } else { Presence::expected() }
+            }
+        };
+        self.members[index].presence = becomes;
+        answers[index] = None;
+        Ok(true)
+    }
+
     /// Takes in agents that have joined since the last call; their first commands become answers.
     /// Does away with those who will not come.
     pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
-        for Lost { id, pid, how } in self.hosting.link.lost().collect::<Vec<_>>() {
-            let index = id.index as usize;
-            let Some(member) = self.members.get(index).filter(|member| member.id == id) else { continue };
-            let what = match member.presence {
-                Presence::Expected { .. } => format!("the agent of {id} ended before it joined ({how})"),
-                // Another process may have wanted to drive this robot, and been refused.
-                Presence::Present if member.process.is_some_and(|process| process.pid() == pid) => {
-                    format!("{} died after tick {tick} ({how})", member.named())
-                }
-                Presence::Present | Presence::Out => continue,
-            };
-            self.miss(index, tick, what)?;
-        }
+        let lost: Vec<Lost> = self.hosting.link.lost().collect();
+        lost.iter().try_for_each(|lost| self.mourn(lost, tick))?;
+        self.bury_remains(&lost);
         for (index, answer) in answers.iter_mut().enumerate() {
             let Presence::Expected { since } = self.members[index].presence else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
@@ -180,6 +238,28 @@ impl Members {
             true => Err(SquadError("no robot is left".into())),
             false => Ok(()),
         }
+    }
+
+    /// Deals with an agent whose process has ended without being told to.
+    fn mourn(&mut self, lost: &Lost, tick: Tick) -> Result<(), SquadError> {
+        let Lost { id, pid, how } = lost;
+        let index = id.index as usize;
+        let Some(member) = self.members.get(index).filter(|member| member.id == *id) else { return Ok(()) };
+        let what = match member.presence {
+            Presence::Expected { .. } | Presence::Paused { joined: false } => {
+                format!("the agent of {id} ended before it joined ({how})")
+            }
+            // Another process may have wanted to drive this robot, and been refused.
+            Presence::Present | Presence::Paused { joined: true }
+                if member.process.is_some_and(|process| process.pid() == *pid) =>
+            {
+                format!("{} died after tick {tick} ({how})", member.named())
+            }
+            Presence::Present | Presence::Paused { joined: true } | Presence::Down | Presence::Out => {
+                return Ok(());
+            }
+        };
+        self.miss(index, tick, what)
     }
 
     /// Sends a percept to every agent that takes part; returns their indices.
@@ -254,13 +334,19 @@ impl Members {
         self.doorbell.close();
         for member in &mut self.members {
             member.ports = None;
+            if let Presence::Paused { .. } = member.presence {
+                // Who is stopped does not see the end.
+                self.hosting.link.tell(&Event::Continue(member.id));
+            }
         }
+        self.remains.clear();
     }
 
-    /// The life of robot `index` that takes part, if one does.
+    /// The life of robot `index` that has joined, if one has and is not over.
     pub(super) fn life(&self, index: usize) -> Option<RobotId> {
         let member = &self.members[index];
-        (member.presence == Presence::Present).then_some(member.id)
+        let joined = matches!(member.presence, Presence::Present | Presence::Paused { joined: true });
+        joined.then_some(member.id)
     }
 
     pub(super) fn standings(&self) -> Vec<Standing> {
@@ -279,17 +365,14 @@ impl Members {
 
     /// The hang policy.
     fn miss(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
-        let (id, refused) = (self.members[index].id, self.members[index].refused);
+        let id = self.members[index].id;
         let (by_hand, next) = (self.is_by_hand(index), id.reborn());
         let consequence = match self.on_hang {
             OnHang::Fail => return Err(SquadError(what)),
             OnHang::Exclude => "it is left out from here on".into(),
-            OnHang::Restart if by_hand => format!(
-                "the run goes on until it is there again: robot-agent --run {} --robot {} --incarnation {}",
-                self.hosting.run.name(),
-                next.index,
-                next.incarnation
-            ),
+            OnHang::Restart if by_hand => {
+                format!("the run goes on until it is there again: {}", self.how_to_start(next))
+            }
             OnHang::Restart => "it is restarted".into(),
         };
         let what = format!("{what}; {consequence}");
@@ -297,17 +380,62 @@ impl Members {
         // What happens before the first tick belongs to tick 0.
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
-        self.hosting.link.tell(&Event::End(id));
-        // The old life's ports go first: descriptors do not grow with restarts.
-        self.members[index] = Member { id, ports: None, process: None, presence: Presence::Out, refused };
-        if self.on_hang == OnHang::Restart {
-            self.members[index] =
-                Member { refused, ..Member::hosted(&self.medium, next, self.deliveries_max)? };
-            if !by_hand {
-                self.hosting.link.tell(&Event::Start(next));
-            }
-        }
+        self.end(index);
+        self.members[index].presence = match self.on_hang {
+            OnHang::Restart => self.begin(index, next)?,
+            OnHang::Exclude | OnHang::Fail => Presence::Out,
+        };
         Ok(())
+    }
+
+    /// Ends the present life of robot `index`, if it has not ended yet.
+    fn end(&mut self, index: usize) {
+        let by_hand = self.is_by_hand(index);
+        let member = &mut self.members[index];
+        let (id, process) = (member.id, member.process.take());
+        let Some(ports) = member.ports.take() else { return };
+        self.hosting.link.tell(&Event::End(id));
+        match by_hand {
+            // Nobody ends its process for us: it leaves by itself once nobody listens, or is dead already.
+            true => bury(&self.hosting.run, vec![ports]),
+            false => self.remains.push(Remains { id, process, since: Instant::now(), ports }),
+        }
+    }
+
+    /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
+    fn begin(&mut self, index: usize, id: RobotId) -> Result<Presence, SquadError> {
+        let refused = self.members[index].refused;
+        self.members[index] = Member { refused, ..Member::hosted(&self.medium, id, self.deliveries_max)? };
+        if !self.is_by_hand(index) {
+            self.hosting.link.tell(&Event::Start(id));
+        }
+        Ok(self.members[index].presence)
+    }
+
+    /// Removes what ended lives have left whose processes have died: those of `lost`, or so the
+    /// operating system says.
+    fn bury_remains(&mut self, lost: &[Lost]) {
+        let is_dead = |process: Process| process.state() == State::Dead;
+        let is_over = |remains: &mut Remains| {
+            lost.iter().any(|lost| lost.id == remains.id)
+                || remains.process.is_some_and(is_dead)
+                || remains.since.elapsed() > DYING
+        };
+        let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
+        let t = Instant::now(); let n = over.len();
+        bury(&self.hosting.run, over);
+        if n > 0 && std::env::var("DEV_TIME").is_ok() { eprintln!("bury {:?} {n}", t.elapsed()); }
+    }
+
+    fn announce_restart(&self, id: RobotId) {
+        if self.is_by_hand(id.index as usize) {
+            tracing::info!("the plan restarts {id}; start it by hand: {}", self.how_to_start(id));
+        }
+    }
+
+    fn how_to_start(&self, id: RobotId) -> String {
+        let (run, RobotId { index, incarnation }) = (self.hosting.run.name(), id);
+        format!("robot-agent --run {run} --robot {index} --incarnation {incarnation}")
     }
 
     fn is_by_hand(&self, index: usize) -> bool {
@@ -326,12 +454,22 @@ impl Members {
     }
 }
 
+impl Presence {
+    /// From now on.
+    fn expected() -> Self {
+        Self::Expected { since: Instant::now() }
+    }
+}
+
 impl Member {
     /// A robot whose agent may come.
     fn hosted(medium: &Medium, id: RobotId, deliveries_max: usize) -> Result<Self, SquadError> {
         let ports = Some(medium.host(id, deliveries_max)?);
-        let presence = Presence::Expected { since: Instant::now() };
-        Ok(Self { id, ports, process: None, presence, refused: 0 })
+        Ok(Self { id, ports, process: None, presence: Presence::expected(), refused: 0 })
+    }
+
+    fn is_expected(&self) -> bool {
+        matches!(self.presence, Presence::Expected { .. })
     }
 
     /// Counts a refusal; shows the first.

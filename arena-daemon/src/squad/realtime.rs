@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use arena::scenario::Scenario;
+use arena::{fault::Strike, scenario::Scenario};
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
@@ -15,12 +15,12 @@ use super::{
 };
 use crate::stop::StopFlag;
 
-/// A command stands for this many ticks if no newer one comes: agents' timers drift against the
-/// arena's, so that a tick may see no command of an agent and the next one two. After that the
-/// robot stands still and is silent.
-const HOLD_TICKS: Tick = 3;
+/// A command stands for this many neighbor cycles if no newer one comes: agents' timers drift
+/// against the arena's, so that a cycle may see no command of an agent and the next one two. After
+/// that the robot stands still and is silent.
+const HOLD_CYCLES: u64 = 3;
 
-/// The arena looks every tick; after a gap like this, and longer than a tick, it was itself away.
+/// The arena looks every cycle; when this much more time has passed, it was itself away.
 const ABSENCE: Duration = Duration::from_millis(500);
 
 /// Agents that answer when they get to it.
@@ -28,6 +28,10 @@ const ABSENCE: Duration = Duration::from_millis(500);
 pub struct Realtime {
     members: Members,
     latest: Vec<Option<Latest>>,
+    /// How often percepts have been exchanged: once per neighbor cycle.
+    cycles: u64,
+    /// Length of a cycle.
+    cycle: Duration,
     /// When the arena last looked.
     looked: Instant,
 }
@@ -38,8 +42,9 @@ struct Latest {
     command: Command,
     /// The tick it answers; `None` for the command given at boot.
     answers: Option<Tick>,
-    /// When it came; `None` once a newer answer was refused, and the robot stands still.
-    stands_since: Option<Tick>,
+    /// In which cycle it came; `None` once a newer answer was refused, or the robot was paused: then
+    /// it stands still.
+    stands_since: Option<u64>,
     arrived: Instant,
 }
 
@@ -47,14 +52,16 @@ impl Realtime {
     /// Opens the run to agents.
     pub fn open(scenario: &Scenario, hosting: Hosting) -> Result<Self, SquadError> {
         let members = Members::open(scenario, Mode::Realtime, hosting)?;
-        Ok(Self { members, latest: vec![None; scenario.robot_count() as usize], looked: Instant::now() })
+        let latest = vec![None; scenario.robot_count() as usize];
+        let cycle = Duration::from_secs_f64(scenario.cycle_s());
+        Ok(Self { members, latest, cycles: 0, cycle, looked: Instant::now() })
     }
 
     /// Takes in the newest command of agent `index`, if a new one has come.
     fn hear(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
         let next = self.latest[index].and_then(|latest| latest.answers).map_or(0, |answered| answered + 1);
         match self.members.hear(index, next..=tick.max(next))? {
-            Heard::Command(answers, command) => self.note(index, tick, Some(answers), command),
+            Heard::Command(answers, command) => self.note(index, Some(answers), command),
             Heard::Refused => {
                 if let Some(latest) = &mut self.latest[index] {
                     (latest.stands_since, latest.arrived) = (None, Instant::now());
@@ -69,14 +76,14 @@ impl Realtime {
     fn forgive_own_absence(&mut self) {
         let away = self.looked.elapsed();
         self.looked = Instant::now();
-        if away > ABSENCE {
+        if away > self.cycle + ABSENCE {
             self.latest.iter_mut().flatten().for_each(|latest| latest.arrived += away);
         }
     }
 
-    fn note(&mut self, index: usize, tick: Tick, answers: Option<Tick>, command: Command) {
-        self.latest[index] =
-            Some(Latest { command, answers, stands_since: Some(tick), arrived: Instant::now() });
+    fn note(&mut self, index: usize, answers: Option<Tick>, command: Command) {
+        let (stands_since, arrived) = (Some(self.cycles), Instant::now());
+        self.latest[index] = Some(Latest { command, answers, stands_since, arrived });
     }
 }
 
@@ -85,10 +92,22 @@ impl Squad for Realtime {
         let answers = self.members.muster(stop)?;
         for (index, command) in answers.iter().enumerate() {
             if let Some(command) = command {
-                self.note(index, 0, None, *command);
+                self.note(index, None, *command);
             }
         }
         Ok(answers)
+    }
+
+    /// Waits for nobody: who begins a new life takes part once it is there.
+    fn strike(&mut self, _: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
+        for &strike in strikes {
+            let struck = self.members.strike(strike, answers)?;
+            if let Some(latest) = self.latest[strike.robot as usize].as_mut().filter(|_| struck) {
+                // What it has said no longer stands; a pause is no silence to be blamed for.
+                (latest.stands_since, latest.arrived) = (None, Instant::now());
+            }
+        }
+        Ok(())
     }
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
@@ -101,7 +120,7 @@ impl Squad for Realtime {
             if latest.arrived.elapsed() > self.members.hang_timeout {
                 self.latest[index] = None;
                 self.members.give_up_on(index, tick)?;
-            } else if latest.stands_since.is_some_and(|since| tick <= since + HOLD_TICKS) {
+            } else if latest.stands_since.is_some_and(|since| self.cycles <= since + HOLD_CYCLES) {
                 answers[index] = Some(latest.command);
             }
         }
@@ -113,9 +132,10 @@ impl Squad for Realtime {
             self.latest[index] = self.latest[index].filter(|latest| speaks(&latest.command));
             *answer = answer.filter(speaks);
             if let (Some(command), None) = (*answer, self.latest[index]) {
-                self.note(index, tick, None, command);
+                self.note(index, None, command);
             }
         }
+        self.cycles += 1;
         Ok(())
     }
 
