@@ -96,7 +96,9 @@ impl Delivered {
         let rows: Vec<DeliveredRow> = crowding.iter().map(row).collect();
         let packets: u64 = rows.iter().map(|row| row.packets).sum();
         let mean = |value: &dyn Fn(&DeliveredRow) -> Option<f64>| {
-            rows.iter().map(|row| Some(value(row)? * row.packets as f64 / packets as f64)).sum::<Option<f64>>()
+            rows.iter()
+                .map(|row| Some(value(row)? * row.packets as f64 / packets as f64))
+                .sum::<Option<f64>>()
         };
         let share = mean(&|row| Some(row.share)).filter(|_| packets > 0)?;
         let predicted = mean(&|row| row.predicted);

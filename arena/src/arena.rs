@@ -275,8 +275,7 @@ impl Arena {
         let Reception { sender, receiver, number, .. } = *reception;
         let poses = self.world.poses();
         let (from, to) = (poses[sender as usize], poses[receiver as usize]);
-        let Passage::Delivered { packet, delay, copies } =
-            self.plan.passage(tick, reception, to.position)
+        let Passage::Delivered { packet, delay, copies } = self.plan.passage(tick, reception, to.position)
         else {
             self.packets.heard -= 1;
             self.packets.lost_fault += 1;

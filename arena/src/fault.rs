@@ -236,9 +236,7 @@ impl FaultPlan {
     }
 
     fn active_on(&mut self, robot: u32) -> impl Iterator<Item = &mut Fault> {
-        self.faults
-            .iter_mut()
-            .filter(move |fault| fault.state == State::Active && fault.choice.robot(robot))
+        self.faults.iter_mut().filter(move |fault| fault.state == State::Active && fault.choice.robot(robot))
     }
 }
 

@@ -148,7 +148,9 @@ mod tests {
         (0..3600)
             .map(|tenth| {
                 let pose = Pose { position: at, heading: (f64::from(tenth) / 10.0).to_radians() };
-                let Stimulus::Bearing(bearing) = ring.read(0, &pose, 0).stimulus else { panic!("it is dark") };
+                let Stimulus::Bearing(bearing) = ring.read(0, &pose, 0).stimulus else {
+                    panic!("it is dark")
+                };
                 protocol::units::wrapped(bearing.get() + pose.heading).abs().to_degrees()
             })
             .fold(0.0, f64::max)

@@ -135,6 +135,8 @@ mod tests {
         let heard = heard(stepped, 0);
         assert!((heard.range.get() - 0.405).abs() < 1e-15);
         // ±π lies between ±2.8 and ±3.2, nearer to the latter, which is the same as ∓3.08.
-        assert!((wrapped(heard.bearing.get() - 3.2).abs()).min(wrapped(heard.bearing.get() + 3.2).abs()) < 1e-12);
+        assert!(
+            (wrapped(heard.bearing.get() - 3.2).abs()).min(wrapped(heard.bearing.get() + 3.2).abs()) < 1e-12
+        );
     }
 }

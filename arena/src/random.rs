@@ -57,14 +57,7 @@ impl Draws {
     }
 
     /// The stream of one fault for one event: each fault of a plan has luck of its own.
-    pub fn of_fault(
-        fault: u32,
-        seed: u64,
-        purpose: Purpose,
-        tick: u64,
-        sender: u32,
-        receiver: u32,
-    ) -> Self {
+    pub fn of_fault(fault: u32, seed: u64, purpose: Purpose, tick: u64, sender: u32, receiver: u32) -> Self {
         Self::keyed(seed, purpose, tick, sender, receiver, fault + 1)
     }
 

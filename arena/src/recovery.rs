@@ -146,7 +146,8 @@ mod tests {
     #[test]
     fn a_whole_span_must_be_back_and_one_is_enough() {
         // Up for 20 ticks, back for 5, up again for 5; then back, with an excursion long after.
-        let up = |tick| (500..520).contains(&tick) || (525..530).contains(&tick) || (700..900).contains(&tick);
+        let up =
+            |tick| (500..520).contains(&tick) || (525..530).contains(&tick) || (700..900).contains(&tick);
         let recovered = fed(KILL, |tick| if up(tick) { 2.0 } else { 1.0 })[0];
         assert_eq!(recovered, Some(30));
     }

@@ -83,11 +83,7 @@ impl World {
 
     /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
     /// (both in its body frame); where it says `None` the body stands still.
-    pub fn advance(
-        &mut self,
-        step_s: f64,
-        mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>,
-    ) {
+    pub fn advance(&mut self, step_s: f64, mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>) {
         let before: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
         for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
             let Some(velocity) = drive(robot, course.seen_at(pose.heading)) else { continue };
@@ -201,8 +197,8 @@ fn driven(pose: &Pose, velocity: BodyVector, step_s: f64, turn_limit_rad_per_s: 
 mod tests {
     use std::f64::consts::PI;
 
-    use proptest::prelude::*;
     use super::*;
+    use proptest::prelude::*;
 
     fn world(drive: Drive, radius_m: f64, positions: &[(f64, f64)]) -> World {
         let pose = |&(x, y)| Pose { position: ArenaPoint::new(x, y), heading: 0.0 };

@@ -50,7 +50,9 @@ mod channels {
     fn a_cycle_shorter_than_a_tick_is_refused() {
         check(
             "access = \"random\"\ncycle_s = 0.05",
-            expect![["plan.toml:15: channel.cycle_s = 0.05 is shorter than a tick, step_s = 0.1; lower step_s"]],
+            expect![[
+                "plan.toml:15: channel.cycle_s = 0.05 is shorter than a tick, step_s = 0.1; lower step_s"
+            ]],
         );
     }
 
@@ -84,7 +86,9 @@ mod channels {
         );
         check(
             "profile = \"isis\"\naccess = \"fixed-phase\"\njitter_s = 0.25",
-            expect![["plan.toml:16: channel.jitter_s = 0.25 and airtime_s = 0.005 do not fit into cycle_s = 0.25"]],
+            expect![[
+                "plan.toml:16: channel.jitter_s = 0.25 and airtime_s = 0.005 do not fit into cycle_s = 0.25"
+            ]],
         );
         check(
             "profile = \"isis\"\nguard_s = 0.001",
@@ -96,7 +100,10 @@ mod channels {
 
     #[test]
     fn chances_and_shares_are_bounded() {
-        check("loss = 1.5", expect![["plan.toml:14: channel.loss: must be a probability from 0 to 1, got 1.5"]]);
+        check(
+            "loss = 1.5",
+            expect![["plan.toml:14: channel.loss: must be a probability from 0 to 1, got 1.5"]],
+        );
         check("sigma_range = 5", expect![["plan.toml:14: channel.sigma_range = 5 is more than 1"]]);
         check(
             "soft_edge_m = 1.5",
@@ -132,7 +139,10 @@ mod faults {
 
     #[test]
     fn a_misspelled_kind_or_key_gets_a_suggestion() {
-        check_fault("kind = \"los\"", expect![["plan.toml:15: fault.0.kind: unknown value `los`; did you mean `loss`?"]]);
+        check_fault(
+            "kind = \"los\"",
+            expect![["plan.toml:15: fault.0.kind: unknown value `los`; did you mean `loss`?"]],
+        );
         check_fault(
             "kind = \"loss\"\nprobabillity = 0.1",
             expect![["plan.toml:16: unknown key `probabillity` in [[fault]]; did you mean `probability`?"]],
@@ -141,7 +151,10 @@ mod faults {
 
     #[test]
     fn a_kind_names_what_it_needs_and_what_it_does_not_know() {
-        check_fault("kind = \"loss\"", expect![[r#"plan.toml:15: a fault of kind "loss" needs `probability`"#]]);
+        check_fault(
+            "kind = \"loss\"",
+            expect![[r#"plan.toml:15: a fault of kind "loss" needs `probability`"#]],
+        );
         check_fault(
             "kind = \"jam\"\nregion = { center_m = [1, 1], radius_m = 1 }\nprobability = 0.5",
             expect![[r#"
@@ -268,7 +281,9 @@ mod faults {
     fn delays_that_delay_nothing_are_refused() {
         check_fault(
             "kind = \"slow\"\ndelay_s = 0.04",
-            expect![["plan.toml:16: delay_s = 0.04 is less than half a tick of 0.1 s: nothing would be late"]],
+            expect![[
+                "plan.toml:16: delay_s = 0.04 is less than half a tick of 0.1 s: nothing would be late"
+            ]],
         );
     }
 }

@@ -185,8 +185,12 @@ fn fixed_phases_miss_in_rows_and_jitter_breaks_them() {
 fn the_first_packet_wins_where_a_receiver_locks_to_it() {
     // Two senders: one of two overlapping packets is the first, so half of the collisions are won.
     let share = |capture: &str| {
-        let settings =
-            [set("airtime_s=0.2"), set("half_duplex=false"), format!("capture={capture}"), set("access=aligned")];
+        let settings = [
+            set("airtime_s=0.2"),
+            set("half_duplex=false"),
+            format!("capture={capture}"),
+            set("access=aligned"),
+        ];
         let mut heard = 0.0;
         for seed in 1..=200 {
             let packets = play(&mut Channel::new(&crowd(3, seed, &settings)), 3, 20, |_| {});

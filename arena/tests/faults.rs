@@ -10,9 +10,7 @@ use arena::{
     placement,
     scenario::Scenario,
 };
-use protocol::{
-    command::Command, frame::BodyVector, packet::Packet, percept::Tick, robot_id::RobotId,
-};
+use protocol::{command::Command, frame::BodyVector, packet::Packet, percept::Tick, robot_id::RobotId};
 
 /// Ten robots in a row, 0.1 m apart, all in range of each other, and some faults.
 fn scenario(faults: &str) -> Scenario {
@@ -46,7 +44,11 @@ fn everyone() -> Vec<Option<Command>> {
 }
 
 /// Robots that stand still, and whose agents obey the plan. `look` sees each tick.
-fn run(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, Option<&[protocol::percept::Percept]>)) -> Arena {
+fn run(
+    scenario: &Scenario,
+    ticks: Tick,
+    mut look: impl FnMut(&Arena, Option<&[protocol::percept::Percept]>),
+) -> Arena {
     let mut arena = Arena::new(scenario).unwrap();
     let mut commands = everyone();
     for _ in 0..=ticks {
@@ -151,9 +153,8 @@ mod packets {
         let lost: Vec<bool> =
             (0..40_000).map(|number| passage(&mut plan, number * gap) == Passage::Lost).collect();
         let pairs = lost.windows(2).filter(|pair| pair[0]);
-        let (bad, again) = pairs.fold((0.0, 0.0), |(bad, again), pair| {
-            (bad + 1.0, again + f64::from(u8::from(pair[1])))
-        });
+        let (bad, again) =
+            pairs.fold((0.0, 0.0), |(bad, again), pair| (bad + 1.0, again + f64::from(u8::from(pair[1]))));
         let stationary = p / (p + r);
         let expected = stationary + (1.0 - stationary) * (1.0 - p - r).powi(gap as i32);
         assert!((again / bad - expected).abs() < 3.0 * (0.25_f64 / bad).sqrt(), "{}", again / bad);
@@ -172,11 +173,16 @@ mod packets {
         let mut plan = begun("[[fault]]\nkind = \"delay\"\ndelay_s = 0.3\njitter_s = 0.4");
         let mut seen = [0; 10];
         for number in 0..2000 {
-            let Passage::Delivered { delay, .. } = passage(&mut plan, number) else { panic!("it is not lost") };
+            let Passage::Delivered { delay, .. } = passage(&mut plan, number) else {
+                panic!("it is not lost")
+            };
             seen[delay as usize] += 1;
         }
         assert_eq!(seen.iter().sum::<u32>(), 2000);
-        assert!(seen[..3].iter().all(|count| *count == 0) && seen[3..=7].iter().all(|count| *count > 0), "{seen:?}");
+        assert!(
+            seen[..3].iter().all(|count| *count == 0) && seen[3..=7].iter().all(|count| *count > 0),
+            "{seen:?}"
+        );
     }
 
     #[test]
@@ -288,7 +294,9 @@ mod packets {
             kind = \"jam\"
             region = { center_m = [0.6, 0.5], radius_m = 0.05 }";
         let mut plan = begun(faults);
-        let Passage::Delivered { delay, copies, .. } = passage(&mut plan, 1) else { panic!("it is not lost") };
+        let Passage::Delivered { delay, copies, .. } = passage(&mut plan, 1) else {
+            panic!("it is not lost")
+        };
         assert_eq!((delay, copies), (2, vec![3]));
         assert_eq!(passage_on(&mut plan, 0, 5, 1), Passage::Lost);
         let fired: Vec<bool> = plan.ledger().map(|line| line.fired_tick.is_some()).collect();
@@ -311,7 +319,8 @@ mod agents {
 
     #[test]
     fn agents_are_killed_and_half_of_them_restarted_at_the_planned_ticks() {
-        let faults = "[[fault]]\nkind = \"kill\"\nat_s = 1\nrestart_at_s = 2\nrestart_share = 0.5\nrobots = \"2-5\"";
+        let faults =
+            "[[fault]]\nkind = \"kill\"\nat_s = 1\nrestart_at_s = 2\nrestart_share = 0.5\nrobots = \"2-5\"";
         let all = strikes(faults, 0..100);
         let killed: Vec<_> = all.iter().filter(|(_, strike)| strike.act == Act::Kill).collect();
         assert_eq!(killed.len(), 4);
@@ -338,8 +347,11 @@ mod agents {
             at_s = 4
             share = 1.0";
         let all = strikes(faults, 0..100);
-        let of_1: Vec<_> =
-            all.iter().filter(|(_, strike)| strike.robot == 1).map(|(tick, strike)| (*tick, strike.act)).collect();
+        let of_1: Vec<_> = all
+            .iter()
+            .filter(|(_, strike)| strike.robot == 1)
+            .map(|(tick, strike)| (*tick, strike.act))
+            .collect();
         assert_eq!(of_1, [(10, Act::Pause), (20, Act::Kill)]);
         assert_eq!(all.len(), 2 + 9);
     }
@@ -352,7 +364,11 @@ mod agents {
         };
         assert_eq!(killed("pick = \"nearest-lamps\""), [0, 1, 2]);
         assert_eq!(killed("").len(), 3);
-        assert_eq!(killed("region = { center_m = [1, 0.5], radius_m = 0.25 }").len(), 1, "0.3 of three robots");
+        assert_eq!(
+            killed("region = { center_m = [1, 0.5], radius_m = 0.25 }").len(),
+            1,
+            "0.3 of three robots"
+        );
     }
 
     #[test]
@@ -496,7 +512,8 @@ mod plans {
 
     #[test]
     fn a_fault_has_luck_of_its_own_and_keeps_it_when_robots_are_added() {
-        let faults = "[[fault]]\nkind = \"loss\"\nprobability = 0.5\n[[fault]]\nkind = \"loss\"\nprobability = 0.5";
+        let faults =
+            "[[fault]]\nkind = \"loss\"\nprobability = 0.5\n[[fault]]\nkind = \"loss\"\nprobability = 0.5";
         let mut plan = begun(faults);
         let lost = (0..10_000).filter(|&number| passage(&mut plan, number) == Passage::Lost).count();
         assert!((lost as f64 / 1e4 - 0.75).abs() < 0.015, "{lost}");

@@ -110,7 +110,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let idle = never_fired(&scenario, &summary);
     idle.iter().for_each(|fault| tracing::warn!("{fault} never fired"));
     match (args.strict_faults, idle.len()) {
-        (true, 1..) => Err(Failure::Run(anyhow!("{} of {} faults never fired", idle.len(), scenario.fault.len()))),
+        (true, 1..) => {
+            Err(Failure::Run(anyhow!("{} of {} faults never fired", idle.len(), scenario.fault.len())))
+        }
         _ => Ok(ExitCode::SUCCESS),
     }
 }
@@ -119,7 +121,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
 fn never_fired(scenario: &Scenario, summary: &Value) -> Vec<String> {
     let ledger = summary["faults"].as_array().into_iter().flatten();
     let plan = scenario.fault.iter().enumerate().zip(ledger);
-    plan.filter(|(_, line)| line["fired_tick"].is_null()).map(|((index, fault), _)| named(index, fault)).collect()
+    plan.filter(|(_, line)| line["fired_tick"].is_null())
+        .map(|((index, fault), _)| named(index, fault))
+        .collect()
 }
 
 fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {

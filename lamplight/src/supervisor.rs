@@ -3,7 +3,8 @@
 //! The supervisor holds no iceoryx2 service, so what it spawns inherits no descriptor of one. It
 //! hears three things on one channel: what the arena reports, which signals arrive, and (by
 //! SIGCHLD) that children have ended. Children have process groups of their own, so that Ctrl-C
-//! reaches them only through here.
+//! reaches them only through here. So do the signals of the fault plan: the arena says which life is
+//! meant, and only a child of ours is signalled.
 
 use std::{
     collections::{HashMap, VecDeque},

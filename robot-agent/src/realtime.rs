@@ -30,7 +30,8 @@ pub(crate) fn run(
     arena: &ArenaWatch,
     cycle: Seconds,
 ) -> anyhow::Result<()> {
-    let period = Duration::try_from_secs_f64(cycle.get()).context("the run's neighbor cycle is no duration")?;
+    let period =
+        Duration::try_from_secs_f64(cycle.get()).context("the run's neighbor cycle is no duration")?;
     agent.announce()?;
     bell.answer();
     let (mut deadline, mut answered, mut asked) = (Instant::now(), Instant::now(), Instant::now());

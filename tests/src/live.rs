@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     fs,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio, id},
     sync::atomic::{AtomicU32, Ordering},
     thread,
@@ -134,6 +134,14 @@ impl LiveRun {
         names.filter(|name| *name == exact || name.starts_with(&prefix)).collect()
     }
 
+    /// How many files and folders the run has in shared memory.
+    ///
+    /// # Panics
+    /// If shared memory cannot be read.
+    pub fn files(&self) -> usize {
+        self.leftovers().iter().map(|name| 1 + entries_below(&PathBuf::from("/dev/shm").join(name))).sum()
+    }
+
     fn out(&self) -> PathBuf {
         self.folder.as_ref().expect("the run has not been finished").path().join("out")
     }
@@ -155,6 +163,23 @@ impl Drop for LiveRun {
 /// Sends a signal to a process of ours; one that is gone does not mind.
 pub fn signal(pid: Pid, signal: Signal) {
     let _ = kill_process(pid, signal);
+}
+
+/// How many descriptors a process holds; 0 if it has ended.
+pub fn descriptors(pid: Pid) -> usize {
+    fs::read_dir(format!("/proc/{}/fd", pid.as_raw_pid())).map_or(0, Iterator::count)
+}
+
+/// What a process does, as `/proc` spells it: `T` if it is stopped. `None` if it has ended.
+pub fn state(pid: Pid) -> Option<char> {
+    let stat = fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_pid())).ok()?;
+    stat.rsplit_once(") ")?.1.chars().next()
+}
+
+/// Entries below `folder`; none if it is no folder, or no longer one.
+fn entries_below(folder: &Path) -> usize {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.map(|entry| 1 + entries_below(&entry.path())).sum()
 }
 
 /// Number and arguments of every live process that runs `name`.

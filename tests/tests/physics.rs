@@ -36,7 +36,8 @@ fn final_state(scenario: &str, sets: &[&str], seed: u64) -> Metrics {
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     for _ in 0..=scenario.ticks() {
         if let Some(percepts) = arena.tick(&commands) {
-            commands = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+            commands =
+                minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
         }
     }
     arena.metrics(&commands)

@@ -5,7 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::{fault::{Act, Strike}, scenario::Scenario};
+use arena::{
+    fault::{Act, Strike},
+    scenario::Scenario,
+};
 use protocol::{
     percept::{Percept, Tick},
     setup::Mode,

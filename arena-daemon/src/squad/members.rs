@@ -1,5 +1,5 @@
-//! The agents of a run as the arena knows them: who has joined, who is silent, and what is done
-//! about it. Both process squads stand on this.
+//! The agents of a run as the arena knows them: who has joined, who is silent, whom the plan has
+//! struck, and what is done about it. Both process squads stand on this.
 
 use std::{
     collections::BTreeSet,
@@ -18,7 +18,7 @@ use protocol::{
     command::Command,
     control::Event,
     doorbell::Doorbell,
-    percept::{DELIVERIES_MAX, Percept, Tick},
+    percept::{Percept, Tick},
     raw::{BOOT_TICK, CommandError},
     robot_id::RobotId,
     run_dir::RunDir,
@@ -108,7 +108,6 @@ pub(super) struct Members {
     hosting: Hosting,
     on_hang: OnHang,
     join_timeout: Duration,
-    deliveries_max: usize,
     members: Vec<Member>,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
@@ -125,10 +124,8 @@ impl Members {
             .map_err(|error| failed("the agents' setup", error))?;
         let medium = Medium::enter(run)?;
         let robots = scenario.robot_count();
-        // Copies and late packets may be more than there are robots.
-        let deliveries_max = DELIVERIES_MAX;
         let members = (0..robots)
-            .map(|index| Member::hosted(&medium, RobotId::first(index), deliveries_max))
+            .map(|index| Member::hosted(&medium, RobotId::first(index)))
             .collect::<Result<_, _>>()?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
@@ -140,7 +137,6 @@ impl Members {
             hosting,
             on_hang: scenario.processes.on_hang,
             join_timeout: scenario.processes.join_timeout(),
-            deliveries_max,
             members,
             remains: Vec::new(),
             incidents: Vec::new(),
@@ -406,7 +402,7 @@ impl Members {
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
     fn begin(&mut self, index: usize, id: RobotId) -> Result<Presence, SquadError> {
         let refused = self.members[index].refused;
-        self.members[index] = Member { refused, ..Member::hosted(&self.medium, id, self.deliveries_max)? };
+        self.members[index] = Member { refused, ..Member::hosted(&self.medium, id)? };
         if !self.is_by_hand(index) {
             self.hosting.link.tell(&Event::Start(id));
         }
@@ -423,9 +419,7 @@ impl Members {
                 || remains.since.elapsed() > DYING
         };
         let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
-        let t = Instant::now(); let n = over.len();
         bury(&self.hosting.run, over);
-        if n > 0 && std::env::var("DEV_TIME").is_ok() { eprintln!("bury {:?} {n}", t.elapsed()); }
     }
 
     fn announce_restart(&self, id: RobotId) {
@@ -464,8 +458,8 @@ impl Presence {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(medium: &Medium, id: RobotId, deliveries_max: usize) -> Result<Self, SquadError> {
-        let ports = Some(medium.host(id, deliveries_max)?);
+    fn hosted(medium: &Medium, id: RobotId) -> Result<Self, SquadError> {
+        let ports = Some(medium.host(id)?);
         Ok(Self { id, ports, process: None, presence: Presence::expected(), refused: 0 })
     }
 

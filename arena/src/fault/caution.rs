@@ -38,7 +38,8 @@ fn far_links<'a>(
     scenario: &'a Scenario,
     poses: &'a [Pose],
 ) -> impl Iterator<Item = String> + 'a {
-    let range_m = (scenario.channel.model == ChannelModel::Range).then_some(scenario.channel.range_m).flatten();
+    let range_m =
+        (scenario.channel.model == ChannelModel::Range).then_some(scenario.channel.range_m).flatten();
     fault.links.iter().flatten().filter_map(move |link| {
         let apart_m = (poses[link.from as usize].position - poses[link.to as usize].position).norm();
         let range_m = range_m.filter(|range_m| apart_m > range_m.get())?.get();

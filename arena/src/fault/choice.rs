@@ -29,7 +29,8 @@ impl Choice {
         // The discs of these are places, not choices.
         let region = spec.region.filter(|_| !matches!(spec.kind, FaultKind::Jam | FaultKind::Partition));
         let inside = |at: &ArenaPoint| {
-            region.is_none_or(|disc| (at - ArenaPoint::from(disc.center_m.get())).norm() <= disc.radius_m.get())
+            region
+                .is_none_or(|disc| (at - ArenaPoint::from(disc.center_m.get())).norm() <= disc.radius_m.get())
         };
         let places = (0..).zip(scene.poses).map(|(robot, pose)| (robot, pose.position));
         let candidates: Vec<(u32, ArenaPoint)> =

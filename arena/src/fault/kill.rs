@@ -46,13 +46,7 @@ impl Rule for Kill {
         }
     }
 
-    fn end(
-        &mut self,
-        luck: Luck,
-        presences: &mut [Presence],
-        strikes: &mut Vec<Strike>,
-        line: &mut Line,
-    ) {
+    fn end(&mut self, luck: Luck, presences: &mut [Presence], strikes: &mut Vec<Strike>, line: &mut Line) {
         let count = whole(self.restart_share, self.killed.len());
         let mut drawn: Vec<(f64, u32)> =
             self.killed.iter().map(|&robot| (luck.of_choice(robot, REBORN).unit(), robot)).collect();

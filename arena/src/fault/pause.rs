@@ -35,13 +35,7 @@ impl Rule for Pause {
         }
     }
 
-    fn end(
-        &mut self,
-        _: Luck,
-        presences: &mut [Presence],
-        strikes: &mut Vec<Strike>,
-        line: &mut Line,
-    ) {
+    fn end(&mut self, _: Luck, presences: &mut [Presence], strikes: &mut Vec<Strike>, line: &mut Line) {
         for &robot in &self.stopped {
             let presence = &mut presences[robot as usize];
             // It may have been killed meanwhile.

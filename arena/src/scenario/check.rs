@@ -9,8 +9,8 @@ use protocol::percept::COMPONENTS_MAX;
 use protocol::setup::Law;
 
 use super::Scenario;
-use super::document::Problem;
 use super::channel::{Access, ChannelModel, ChannelSpec, ROUNDING};
+use super::document::Problem;
 use super::fault_check;
 use super::light::LightSensor;
 use super::number::RobotCount;
@@ -268,10 +268,7 @@ fn light(scenario: &Scenario) -> Result<(), Problem> {
 fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
     let (ChannelModel::Range, range_m) = (channel.model, channel.range_m) else { return Ok(()) };
     let Some(range_m) = range_m else {
-        return Err(problem(
-            &["channel.model"],
-            "channel.model = \"range\" needs `range_m` in [channel]",
-        ));
+        return Err(problem(&["channel.model"], "channel.model = \"range\" needs `range_m` in [channel]"));
     };
     let edge_m = channel.soft_edge_m.map_or(0.0, |edge| edge.get());
     ensure(edge_m <= range_m.get(), || {
@@ -284,9 +281,8 @@ fn cycle(scenario: &Scenario) -> Result<(), Problem> {
     let (cycle_s, step_s, duration_s) =
         (scenario.cycle_s(), scenario.step_s.get(), scenario.duration_s.get());
     ensure(cycle_s >= step_s * (1.0 - ROUNDING), || {
-        let message = format!(
-            "channel.cycle_s = {cycle_s} is shorter than a tick, step_s = {step_s}; lower step_s"
-        );
+        let message =
+            format!("channel.cycle_s = {cycle_s} is shorter than a tick, step_s = {step_s}; lower step_s");
         problem(&["channel.cycle_s", "step_s"], message)
     })?;
     ensure(cycle_s <= duration_s, || {

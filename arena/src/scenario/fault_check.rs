@@ -34,14 +34,11 @@ fn keys(kind: FaultKind) -> (Keys, &'static [&'static str]) {
         FaultKind::Delay => (keys(&["delay_s"], &[], &["jitter_s"]), &OF_PACKETS),
         FaultKind::Duplicate => (keys(&["probability"], &[], &["delay_s"]), &OF_PACKETS),
         FaultKind::Corrupt => (keys(&["probability"], &[], &["flips"]), &OF_PACKETS),
-        FaultKind::Partition => {
-            (keys(&[], &["groups", "region"], &["from_s", "until_s", "one_way"]), &[])
-        }
+        FaultKind::Partition => (keys(&[], &["groups", "region"], &["from_s", "until_s", "one_way"]), &[]),
         FaultKind::Jam => (keys(&["region"], &[], &["from_s", "until_s"]), &[]),
-        FaultKind::Kill => (
-            keys(&["at_s"], &["robots", "region", "share"], &["restart_at_s", "restart_share", "pick"]),
-            &[],
-        ),
+        FaultKind::Kill => {
+            (keys(&["at_s"], &["robots", "region", "share"], &["restart_at_s", "restart_share", "pick"]), &[])
+        }
         FaultKind::Pause => (keys(&[], &[], &[]), &OF_ROBOTS),
         FaultKind::Slow => (keys(&["delay_s"], &[], &[]), &OF_ROBOTS),
         FaultKind::Sensor => (keys(&[], &["bias_counts", "noise_counts", "stuck"], &[]), &OF_ROBOTS),
@@ -134,7 +131,8 @@ impl Entry<'_> {
         let fault = self.fault;
         if fault.links.is_some() {
             let given = given_keys(fault);
-            let besides = ["robots", "region", "share", "direction"].into_iter().find(|key| given.contains(*key));
+            let besides =
+                ["robots", "region", "share", "direction"].into_iter().find(|key| given.contains(*key));
             ensure(besides.is_none(), || {
                 let key = besides.unwrap_or_default();
                 self.problem(&[key], format!("give either `links` or `{key}`, not both"))
@@ -172,7 +170,8 @@ impl Entry<'_> {
         let count = self.scenario.robot_count();
         let known = |key: &str, robot: u32| {
             ensure(robot < count, || {
-                let message = format!("there is no robot {robot}: the scenario has robots 0 to {}", count - 1);
+                let message =
+                    format!("there is no robot {robot}: the scenario has robots 0 to {}", count - 1);
                 problem(&[&self.path(key), "robots.count"], message)
             })
         };
@@ -208,8 +207,10 @@ impl Entry<'_> {
         if let Some(delay_s) = fault.delay_s {
             ensure(self.scenario.tick_at(delay_s.get()) > 0, || {
                 let step_s = self.scenario.step_s.get();
-                let message =
-                    format!("delay_s = {} is less than half a tick of {step_s} s: nothing would be late", delay_s.get());
+                let message = format!(
+                    "delay_s = {} is less than half a tick of {step_s} s: nothing would be late",
+                    delay_s.get()
+                );
                 problem(&[&self.path("delay_s"), "step_s"], message)
             })?;
         }
@@ -235,7 +236,9 @@ fn windows_apart(scenario: &Scenario) -> Result<(), Problem> {
     let whom = |fault: &FaultSpec| fault.robots.clone().or(everyone.clone());
     let window = |fault: &FaultSpec| (fault.begins_s(), fault.ends_s().unwrap_or(f64::INFINITY));
     for (second, fault) in scenario.fault.iter().enumerate().filter(|(_, fault)| exclusive(fault)) {
-        for (first, other) in scenario.fault[..second].iter().enumerate().filter(|(_, other)| exclusive(other)) {
+        for (first, other) in
+            scenario.fault[..second].iter().enumerate().filter(|(_, other)| exclusive(other))
+        {
             let ((from, until), (other_from, other_until)) = (window(fault), window(other));
             if fault.kind != other.kind || from >= other_until || other_from >= until {
                 continue;

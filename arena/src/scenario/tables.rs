@@ -12,7 +12,16 @@ use super::schema::LawName;
 
 /// Every table at the top of a scenario file.
 pub(super) const TABLES: [&str; 10] = [
-    "arena", "robots", "field", "light", "controller", "channel", "convergence", "processes", "output", "fuzz",
+    "arena",
+    "robots",
+    "field",
+    "light",
+    "controller",
+    "channel",
+    "convergence",
+    "processes",
+    "output",
+    "fuzz",
 ];
 
 /// The arena: a rectangle with walls, [0, width] x [0, height].

@@ -1,10 +1,6 @@
 //! What must hold in every run, whatever goes wrong in it.
 
-use arena::{
-    Arena,
-    metrics::Partition,
-    scenario::Scenario,
-};
+use arena::{Arena, metrics::Partition, scenario::Scenario};
 use arena_daemon::summary::{Ending, Summary};
 use coverage::{moments::Moments, polygon::Polygon};
 use protocol::command::Command;
