@@ -3,10 +3,11 @@
 use std::{
     collections::BTreeMap,
     fs,
+    io::Read,
     path::{Path, PathBuf},
     process::{Child, Command, Output, Stdio, id},
     sync::atomic::{AtomicU32, Ordering},
-    thread,
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
@@ -116,9 +117,13 @@ impl LiveRun {
     /// If it leaves a process or a file in shared memory behind.
     pub fn finish(mut self) -> (Output, Option<Run>) {
         let child = self.child.as_mut().expect("a run is finished once");
+        // A pipe that nobody empties holds up whoever fills it.
+        let (stdout, stderr) = (drained(child.stdout.take()), drained(child.stderr.take()));
         wait_until("the run ends", || child.try_wait().expect("a child can be asked").is_some());
-        let child = self.child.take().expect("it was there a moment ago");
-        let output = child.wait_with_output().expect("a child can be waited for");
+        let mut child = self.child.take().expect("it was there a moment ago");
+        let status = child.wait().expect("a child can be waited for");
+        let read = |reader: JoinHandle<Vec<u8>>| reader.join().expect("reading does not panic");
+        let output = Output { status, stdout: read(stdout), stderr: read(stderr) };
         wait_until("every agent has left", || self.agents().is_empty());
         assert_eq!(self.leftovers(), Vec::<String>::new(), "left in shared memory");
         let folder = self.folder.take().expect("a run is finished once");
@@ -158,6 +163,15 @@ impl Drop for LiveRun {
         }
         let _ = lamplight(["clean"]).output();
     }
+}
+
+/// Reads all that comes, in a thread of its own.
+fn drained(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.expect("it is piped, and drained once").read_to_end(&mut bytes).expect("a pipe can be read");
+        bytes
+    })
 }
 
 /// Sends a signal to a process of ours; one that is gone does not mind.
