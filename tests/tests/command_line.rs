@@ -181,3 +181,57 @@ fn summaries_have_the_keys_that_scripts_rely_on() {
     let packets = |key: &str| summary["packets"][key].as_u64().unwrap();
     assert_eq!(packets("sent") * 49, packets("heard") + packets("lost_range"), "packets are accounted for");
 }
+
+#[test]
+fn a_fault_that_never_fires_is_a_warning_with_its_line_and_under_strict_faults_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    // A disc in a corner, before anybody has come there, and a link that is too long.
+    let faults = "\n[[fault]]\nkind = \"kill\"\nat_s = 1\nrobots = 3\n\
+                  \n[[fault]]\nkind = \"jam\"\nfrom_s = 50\nregion = { center_m = [1, 1], radius_m = 1 }\n";
+    fs::write(&path, format!("{good}{faults}")).unwrap();
+    let line = good.lines().count() + 8;
+    let run = |args: &[&str]| {
+        lamplight(["run", "--engine", "in-process", "--duration", "2"])
+            .arg(&path)
+            .args(args)
+            .output()
+            .unwrap()
+    };
+    let (lenient, strict) = (run(&[]), run(&["--strict-faults"]));
+    assert_eq!(lenient.status.code(), Some(0), "{}", said(&lenient));
+    assert_eq!(strict.status.code(), Some(1), "{}", said(&strict));
+    for output in [&lenient, &strict] {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            stderr.contains(&format!(
+                "plan.toml:{line}: fault 1 (jam): begins at 50 s, after the end of the run (2 s)"
+            )),
+            "{}",
+            said(output)
+        );
+        assert!(stderr.contains(&format!("plan.toml:{line}: fault 1 (jam) never fired")), "{}", said(output));
+        assert!(!stderr.contains("(kill)"), "{}", said(output));
+    }
+    assert!(String::from_utf8_lossy(&strict.stderr).ends_with("error: 1 of 2 faults never fired\n"));
+}
+
+#[test]
+fn a_crowd_is_shown_beside_its_closed_form_if_the_scenario_asks_for_it() {
+    let args = ["run", "--engine", "in-process", "--quiet", "--duration", "60"];
+    let output = lamplight(args).arg(scenario("collisions")).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    let mut rows = 0;
+    for line in
+        text.lines().skip_while(|line| !line.contains("disturbers")).skip(1).take_while(|l| !l.is_empty())
+    {
+        let numbers: Vec<f64> = line.split_whitespace().map(|number| number.parse().unwrap()).collect();
+        let [_, packets, measured, predicted] = numbers[..] else { panic!("{line}") };
+        // Packets that share a receiver or a collision are not independent: six naive standard errors.
+        let error = (predicted * (1.0 - predicted) / packets).sqrt();
+        assert!((measured - predicted).abs() < 6.0 * error + 1e-3, "{line}");
+        rows += 1;
+    }
+    assert!(rows > 10, "{text}");
+}

@@ -34,6 +34,31 @@ fn processes_in_lockstep_twice_and_in_process_give_one_digest() {
     }
 }
 
+/// Every ready scenario in which something is planned to go wrong, and those with infrared of their own.
+#[test]
+fn what_goes_wrong_by_plan_goes_wrong_alike_in_both_engines() {
+    let scenarios = [
+        "lamp-side-massacre",
+        "frozen-robots",
+        "burst-loss",
+        "partition-heals",
+        "liars",
+        "ten-faults",
+        "r-one",
+        "collisions",
+    ];
+    for scenario in scenarios {
+        let in_process = Run::of(scenario, &IN_PROCESS);
+        let processes = Run::of(scenario, &PATIENT);
+        assert_eq!(processes.digest(), in_process.digest(), "{scenario}");
+        for key in ["packets", "faults", "robots_alive", "delivered", "hearing_components", "staleness_s"] {
+            assert_eq!(processes.summary[key], in_process.summary[key], "{scenario}: {key}");
+        }
+        let ledger = |run: &Run| std::fs::read_to_string(run.file("ledger.csv")).unwrap();
+        assert_eq!(ledger(&processes), ledger(&in_process), "{scenario}");
+    }
+}
+
 #[test]
 fn a_busy_machine_changes_nothing() {
     let done = AtomicBool::new(false);
@@ -82,8 +107,13 @@ fn another_seed_is_another_run() {
 
 #[test]
 fn a_resolved_scenario_gives_the_run_it_came_from() {
-    let first =
-        Run::of("swarmbots", &["--duration", "2", "--set", "field.offset=400", "--engine", "in-process"]);
+    for (scenario, set) in [("swarmbots", "field.offset=400"), ("liars", "seed=3"), ("r-one", "seed=4")] {
+        resolved_again(scenario, set);
+    }
+}
+
+fn resolved_again(scenario: &str, set: &str) {
+    let first = Run::of(scenario, &["--set", set, "--engine", "in-process"]);
     let resolved = first.file("scenario.toml");
     let output = tests::programs::lamplight(["run", "--json", "--quiet", "--engine", "in-process"])
         .arg(resolved)

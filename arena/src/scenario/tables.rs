@@ -114,7 +114,7 @@ pub struct ControllerSpec {
     #[serde(default = "linear")]
     #[schemars(with = "LawName")]
     pub law: Law,
-    /// Gain k of eq. 8, per second; k times `step_s` is at most 1.5.
+    /// Gain k of eq. 8, per second; k times a neighbor cycle is at most 1.5.
     pub gain_per_s: Positive,
     /// Where the gradient of φ comes from.
     #[serde(default)]
