@@ -142,7 +142,9 @@ fn the_schema_command_prints_what_is_committed() {
     let output = lamplight(["schema"]).output().unwrap();
     let committed = fs::read(scenario("swarmbots").with_file_name("scenario.schema.json")).unwrap();
     let json = |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).unwrap();
-    assert_eq!(json(&output.stdout), json(&committed));
+    // Both are too long to be shown.
+    let same = json(&output.stdout) == json(&committed);
+    assert!(same, "write it anew: lamplight schema > scenarios/scenario.schema.json");
 }
 
 #[test]
