@@ -31,26 +31,17 @@ pub struct Plan {
 /// Looks at the arena and the answers to its percepts after each tick. What it objects to ends the run.
 pub type Observer<'a> = dyn FnMut(&Arena, &[Option<Command>]) -> Result<(), String> + 'a;
 
-/// Runs `scenario` to its end and writes what it leaves.
-///
-/// # Errors
-/// Only if outputs cannot be written. A squad that fails ends the run, and the summary says so.
-pub fn run(
-    scenario: &Scenario,
-    arena: Arena,
-    squad: &mut dyn Squad,
-    plan: Plan,
-    outputs: Outputs,
-    stop: &StopFlag,
-) -> anyhow::Result<Summary> {
-    run_observed(scenario, arena, squad, plan, outputs, stop, &mut |_, _| Ok(()))
+/// The observer who objects to nothing.
+pub fn content(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
+    Ok(())
 }
 
-/// The same under the eyes of `observer`; if it objects, the run has failed.
+/// Runs `scenario` to its end under the eyes of `observer`, and writes what it leaves.
 ///
 /// # Errors
-/// As [`run`].
-pub fn run_observed(
+/// Only if outputs cannot be written. A squad that fails or an observer that objects ends the run, and the
+/// summary says so.
+pub fn run(
     scenario: &Scenario,
     arena: Arena,
     squad: &mut dyn Squad,

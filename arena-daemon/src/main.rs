@@ -96,7 +96,7 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
             Mode::Realtime => Box::new(Realtime::open(&scenario, hosting)?),
         };
         let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
-        engine::run(&scenario, arena, squad.as_mut(), plan, outputs, &stop)
+        engine::run(&scenario, arena, squad.as_mut(), plan, outputs, &stop, &mut engine::content)
     })();
     drop(alive);
     drop(owner);

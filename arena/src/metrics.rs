@@ -143,7 +143,7 @@ impl Partition {
         (cost, error / self.sites.len().max(1) as f64)
     }
 
-    /// Coverage cost H to some 1e-3, at a tenth of the price: enough to see it change.
+    /// Coverage cost H to a percent, at a fraction of the price: enough to see it change.
     pub fn rough_cost(&self, field: &Field) -> f64 {
         self.integrals(field, 4.0).map(|[.., inertia]| inertia).sum()
     }
@@ -187,4 +187,27 @@ pub fn mean_lamp_distance(positions: &[ArenaPoint], lamps: &[ArenaPoint]) -> Opt
 
 fn area(cell: &Polygon) -> f64 {
     cell.first().map_or(0.0, |&about| Moments::of(cell, about).area)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{placement, scenario::Scenario};
+
+    #[test]
+    fn a_rough_cost_is_good_to_a_percent_from_a_few_robots_on() {
+        for robots in [10, 50, 200] {
+            let text = format!(
+                "duration_s = 1\nstep_s = 0.1\narena.size_m = [2.4, 2.4]\nrobots.count = {robots}\n\
+                 controller.gain_per_s = 1\nchannel.range_m = 1\n\
+                 field.lamp = [{{ position_m = [1.2, 0], peak = 500, half_distance_m = 0.5 }}]"
+            );
+            let scenario = Scenario::parse("test", &text, &[]).unwrap();
+            let sites = placement::start(&scenario).unwrap().into_iter().map(|pose| pose.position);
+            let (partition, field) =
+                (Partition::new(sites.collect(), scenario.arena.size_m.get()), Field::new(&scenario));
+            let (rough, exact) = (partition.rough_cost(&field), partition.cost_and_true_error(&field).0);
+            assert!((rough / exact - 1.0).abs() < 0.01, "{robots} robots: {rough}, not {exact}");
+        }
+    }
 }

@@ -70,9 +70,9 @@ impl Recovery {
         Self { faults, span: VecDeque::new(), wanted_from: first.saturating_sub(span_ticks) }
     }
 
-    /// Whether what happens at this tick matters.
+    /// Whether what happens at this tick matters: a fault is near, and one is not yet recovered from.
     pub fn wants(&self, tick: Tick) -> bool {
-        tick >= self.wanted_from
+        tick >= self.wanted_from && !self.faults.iter().all(Watch::is_settled)
     }
 
     /// Notes what is felt at a tick at which a neighbor cycle began.
@@ -109,6 +109,10 @@ impl Recovery {
 }
 
 impl Watch {
+    fn is_settled(&self) -> bool {
+        self.back_since.iter().all(Option::is_some)
+    }
+
     /// Is a span that began at `since`, after the fault, back where things were before it?
     fn look(&mut self, since: Tick, now: Disturbance) {
         let Some(before) = self.before else { return };

@@ -20,11 +20,12 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     progress::init_log(false);
     cautions(&scenario, arena.poses()).iter().for_each(|caution| tracing::warn!("{caution}"));
     say(&format!(
-        "{}: sound: {} robots, {} ticks of {} s\n",
+        "{}: sound: {} robots, {} ticks of {} s, {} faults\n",
         args.scenario.display(),
         scenario.robot_count(),
         scenario.ticks(),
-        scenario.step_s.get()
+        scenario.step_s.get(),
+        scenario.fault.len()
     ))?;
     Ok(ExitCode::SUCCESS)
 }

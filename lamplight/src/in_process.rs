@@ -34,7 +34,7 @@ pub(crate) fn run(
     let mode = Mode::Lockstep;
     let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
     let plan = Plan { engine: "in-process", mode, speed, quiet };
-    engine::run_observed(scenario, arena, &mut squad, plan, outputs, stop, observer)
+    engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 
 /// The same as fast as it can, without a word and without outputs: one run of many. A panic ends this run alone.

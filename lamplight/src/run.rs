@@ -10,6 +10,7 @@ use arena::{
     scenario::Scenario,
 };
 use arena_daemon::{
+    engine,
     options::RunOptions,
     outputs::{self, Outputs},
     progress,
@@ -144,7 +145,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let pace = Pace { speed: options.speed, quiet: options.quiet };
     let summary =
-        in_process::run(scenario, arena, pace, outputs, &stop, &mut |_, _| Ok(())).map_err(Failure::Run)?;
+        in_process::run(scenario, arena, pace, outputs, &stop, &mut engine::content).map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 

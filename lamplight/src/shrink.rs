@@ -20,6 +20,7 @@ use std::{
 use anyhow::{Context, anyhow};
 use arena::scenario::{FaultSpec, Scenario};
 use arena_daemon::{
+    engine,
     options::ScenarioOptions,
     progress::{self, Meter},
     stop::{StopFlag, exit_status},
@@ -203,7 +204,7 @@ impl Search {
 
     /// Runs a candidate; the inner error says why it cannot be run.
     fn summary(&mut self, candidate: &Scenario) -> Result<anyhow::Result<Value>, Halt> {
-        let summary = in_process::run_quietly(candidate, &self.stop, &mut |_, _| Ok(()));
+        let summary = in_process::run_quietly(candidate, &self.stop, &mut engine::content);
         if let Some(signal) = self.stop.signal() {
             return Err(Halt::Interrupted(signal));
         }

@@ -66,8 +66,31 @@ impl LiveRun {
     /// # Panics
     /// If it does not start.
     pub fn agent(&self, robot: u32) -> Child {
+        self.agent_of_life(robot, 0)
+    }
+
+    /// Starts an agent for a later life of a robot by hand, again and again until the run takes it.
+    ///
+    /// # Panics
+    /// If it never does.
+    pub fn agent_reborn(&self, robot: u32, incarnation: u16) -> Child {
+        let mut taken = None;
+        wait_until("the run waits for the next life", || {
+            let mut agent = self.agent_of_life(robot, incarnation);
+            // One that is not wanted leaves at once.
+            thread::sleep(Duration::from_millis(100));
+            let left = agent.try_wait().expect("a child can be asked");
+            let joined = left.is_none_or(|status| status.success());
+            taken = joined.then_some(agent);
+            joined
+        });
+        taken.expect("it has joined")
+    }
+
+    fn agent_of_life(&self, robot: u32, incarnation: u16) -> Child {
         Command::new(program("robot-agent"))
             .args(["--run", &self.name, "--robot", &robot.to_string()])
+            .args(["--incarnation", &incarnation.to_string()])
             .stdin(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()

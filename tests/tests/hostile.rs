@@ -24,10 +24,19 @@ use tests::{
 
 const ROBOT: RobotId = RobotId::first(3);
 const OPTIONS: [&str; 2] = ["--duration", "2"];
+/// Others are killed, restarted and stopped, and packets are lost.
+const UNDER_A_PLAN: [&str; 4] = [
+    "--duration",
+    "2",
+    "--set",
+    "fault=[{ kind = \"kill\", at_s = 0.5, restart_at_s = 1.0, robots = \"0-1\" }, \
+     { kind = \"pause\", from_s = 0.7, until_s = 1.2, robots = \"5-6\" }, \
+     { kind = \"loss\", probability = 0.3 }]",
+];
 
 /// Drives robot 3 of a run; `misbehave` sends what it likes beside the honest answer.
-fn run_with(misbehave: impl Fn(&AgentPorts, Tick, &Command) -> Honesty) -> Run {
-    let run = LiveRun::start("one-gaussian", &[&OPTIONS[..], &["--by-hand", "3"]].concat());
+fn run_with(options: &[&str], misbehave: impl Fn(&AgentPorts, Tick, &Command) -> Honesty) -> Run {
+    let run = LiveRun::start("one-gaussian", &[options, &["--by-hand", "3"]].concat());
     run.wait_until_open();
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
@@ -69,17 +78,21 @@ fn raw(tick: Tick, command: &Command) -> RawCommand {
     RawCommand::new(tick, command, std::process::id())
 }
 
-fn in_process() -> Run {
-    Run::of("one-gaussian", &[&OPTIONS[..], &["--engine", "in-process"]].concat())
+fn in_process(options: &[&str]) -> Run {
+    Run::of("one-gaussian", &[options, &["--engine", "in-process"]].concat())
 }
 
 /// Lies told before the honest answer are refused, counted against their robot, and change nothing.
 fn assert_harmless(what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
-    let run = run_with(|ports, tick, honest| {
+    assert_harmless_in(&OPTIONS, what, lie);
+}
+
+fn assert_harmless_in(options: &[&str], what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
+    let run = run_with(options, |ports, tick, honest| {
         ports.send(lie(tick, honest)).unwrap();
         Honesty::AfterAll
     });
-    assert_eq!(run.digest(), in_process().digest(), "{what}");
+    assert_eq!(run.digest(), in_process(options).digest(), "{what}");
     let ticks = run.number("ticks") as u64 + 1;
     for robot in run.robots() {
         let refused = if robot.robot == ROBOT.index { ticks } else { 0 };
@@ -140,14 +153,22 @@ fn nan_is_refused() {
 }
 
 #[test]
+fn lies_are_refused_while_others_die_and_come_back() {
+    assert_harmless_in(&UNDER_A_PLAN, "under a plan", |tick, honest| RawCommand {
+        incarnation: 1,
+        ..raw(tick, honest)
+    });
+}
+
+#[test]
 fn a_flood_is_refused_and_drowns_nobody() {
-    let run = run_with(|ports, tick, honest| {
+    let run = run_with(&OPTIONS, |ports, tick, honest| {
         for _ in 0..500 {
             ports.send(raw(tick, honest)).unwrap();
         }
         Honesty::AfterAll
     });
-    assert_eq!(run.digest(), in_process().digest());
+    assert_eq!(run.digest(), in_process(&OPTIONS).digest());
     for robot in run.robots() {
         assert_eq!(robot.commands_refused > 0, robot.robot == ROBOT.index, "{robot:?}");
     }
@@ -156,7 +177,7 @@ fn a_flood_is_refused_and_drowns_nobody() {
 #[test]
 fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
     let nan = BodyVector::new(f64::NAN, 0.0);
-    let run = run_with(|ports, tick, honest| {
+    let run = run_with(&OPTIONS, |ports, tick, honest| {
         ports.send(raw(tick, &Command { goal: nan, velocity: nan, ..*honest })).unwrap();
         Honesty::Never
     });

@@ -3,19 +3,13 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{
-    fs,
-    path::PathBuf,
-    process::{Child, Command, Stdio},
-    thread,
-    time::Duration,
-};
+use std::{fs, path::PathBuf, thread, time::Duration};
 
 use rustix::process::{Pid, Signal};
 use tempfile::TempDir;
 use tests::{
     live::{LiveRun, descriptors, signal, state, wait_until},
-    programs::{Run, program, said, scenario},
+    programs::{Run, said, scenario},
 };
 
 /// A scenario of the project with a fault plan.
@@ -236,21 +230,10 @@ fn a_planned_restart_of_a_robot_driven_by_hand_waits_for_its_next_life() {
     let run = faulty.start(&["--by-hand", "7", "--duration", "10"]);
     run.wait_until_open();
     let mut first = run.agent(7);
-    let mut second: Option<Child> = None;
-    wait_until("the run waits for the next life", || {
-        let mut agent = Command::new(program("robot-agent"))
-            .args(["--run", &run.name, "--robot", "7", "--incarnation", "1"])
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        thread::sleep(Duration::from_millis(100));
-        let joined = agent.try_wait().unwrap().is_none_or(|status| status.success());
-        second = Some(agent);
-        joined
-    });
+    let mut second = run.agent_reborn(7, 1);
     let (output, left) = run.finish();
     assert!(output.status.success(), "{}", said(&output));
-    assert!(second.unwrap().wait().unwrap().success());
+    assert!(second.wait().unwrap().success());
     first.wait().unwrap();
     let told = String::from_utf8_lossy(&output.stderr).contains("--robot 7 --incarnation 1");
     assert!(told, "{}", said(&output));

@@ -5,7 +5,7 @@
 
 use std::{
     io::Read,
-    process::{Command, Output, Stdio},
+    process::{Output, Stdio},
     sync::atomic::{AtomicBool, Ordering},
     thread,
     time::Duration,
@@ -14,7 +14,7 @@ use std::{
 use rustix::process::{Pid, Signal};
 use tests::{
     live::{LiveRun, signal, wait_until},
-    programs::{Run, lamplight, program, said, scenario},
+    programs::{Run, lamplight, said, scenario},
 };
 
 /// Slow enough to be disturbed, fast enough to wait for.
@@ -270,21 +270,10 @@ fn a_robot_driven_by_hand_is_restarted_by_hand() {
     run.wait_until_moving();
     first.kill().unwrap();
     first.wait().unwrap();
-    let mut second = None;
-    wait_until("the run waits for the next life", || {
-        let mut agent = Command::new(program("robot-agent"))
-            .args(["--run", &run.name, "--robot", "7", "--incarnation", "1"])
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        thread::sleep(Duration::from_millis(100));
-        let joined = agent.try_wait().unwrap().is_none();
-        second = Some(agent);
-        joined
-    });
+    let mut second = run.agent_reborn(7, 1);
     let (output, left) = run.finish();
     assert!(output.status.success(), "{}", said(&output));
-    assert!(second.unwrap().wait().unwrap().success());
+    assert!(second.wait().unwrap().success());
     let left = left.unwrap();
     assert_eq!(left.summary["robots_alive"], 50);
     assert_eq!(left.robots()[7].incarnation, 1);
