@@ -16,6 +16,7 @@ mod kill;
 pub mod ledger;
 mod liar;
 mod loss;
+mod luck;
 mod motion;
 mod partition;
 mod pause;
@@ -31,17 +32,16 @@ use protocol::{
     percept::{Light, Tick},
 };
 
-pub use rule::{Flight, Scene};
-
 use crate::{
     channel::Reception,
     frame::{ArenaPoint, Pose},
     scenario::{FaultKind, FaultSpec, Scenario},
 };
 
-use choice::Choice;
+use choice::{Choice, Scene};
 use ledger::Line;
-use rule::{Luck, Rule, Verdict};
+use luck::Luck;
+use rule::{Flight, Rule, Verdict};
 
 /// Something the plan does to an agent's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +144,7 @@ impl FaultPlan {
     /// it, in the order in which it happens.
     pub fn strikes(&mut self, tick: Tick, poses: &[Pose]) -> Vec<Strike> {
         let mut strikes = Vec::new();
-        let scene = Scene { tick, poses, lamps: &self.lamps };
+        let scene = Scene { poses, lamps: &self.lamps };
         for fault in &mut self.faults {
             if fault.state == State::ToCome && fault.window.contains(&tick) {
                 fault.state = State::Active;

@@ -19,6 +19,7 @@ mod faults;
 mod light;
 mod load;
 mod overrides;
+mod problem;
 mod robot_set;
 mod schema;
 mod tables;

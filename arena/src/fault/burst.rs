@@ -5,7 +5,10 @@
 
 use std::collections::BTreeMap;
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::{channel::Reception, scenario::FaultSpec};
 
 #[derive(Debug)]

@@ -1,13 +1,22 @@
 //! Whom a fault strikes: made once, when it begins.
 
-use super::rule::{Luck, Scene};
+use super::luck::Luck;
 use crate::{
-    frame::ArenaPoint,
+    frame::{ArenaPoint, Pose},
     scenario::{Direction, FaultKind, FaultSpec, Link, Pick},
 };
 
 /// `which` of the draw by which robots are picked.
 const PICKED: u32 = 0;
+
+/// The world as a fault finds it when it begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene<'a> {
+    /// Where every body is.
+    pub(super) poses: &'a [Pose],
+    /// Where lamps hang.
+    pub(super) lamps: &'a [ArenaPoint],
+}
 
 /// The robots and links that a fault strikes.
 #[derive(Clone, Debug, PartialEq)]

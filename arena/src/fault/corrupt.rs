@@ -2,7 +2,10 @@
 
 use protocol::packet::Packet;
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::{random::Draws, scenario::FaultSpec};
 
 /// Bits flipped where the scenario does not say: as many as the checksum always finds.

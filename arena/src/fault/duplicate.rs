@@ -2,7 +2,10 @@
 
 use protocol::percept::Tick;
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::scenario::{FaultSpec, Scenario};
 
 #[derive(Debug)]

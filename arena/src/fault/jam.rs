@@ -1,6 +1,9 @@
 //! `jam`: nobody inside a disc hears anything.
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::{
     frame::ArenaPoint,
     scenario::{Disc, FaultSpec},

@@ -6,7 +6,8 @@ use super::{
     Act, Presence, Strike,
     choice::{Choice, whole},
     ledger::Line,
-    rule::{Luck, Rule},
+    luck::Luck,
+    rule::Rule,
 };
 use crate::scenario::FaultSpec;
 

@@ -1,6 +1,9 @@
 //! `loss`: each packet is lost by its own chance.
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::scenario::FaultSpec;
 
 #[derive(Debug)]

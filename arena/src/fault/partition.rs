@@ -1,6 +1,10 @@
 //! `partition`: groups of robots cannot hear each other, or those in a disc and those out of it.
 
-use super::rule::{Flight, Luck, Rule, Verdict};
+use super::{
+    choice::Scene,
+    luck::Luck,
+    rule::{Flight, Rule, Verdict},
+};
 use crate::{
     frame::ArenaPoint,
     scenario::{Disc, FaultSpec, RobotSet},
@@ -35,7 +39,7 @@ impl Partition {
 }
 
 impl Rule for Partition {
-    fn look(&mut self, scene: &super::Scene<'_>) {
+    fn look(&mut self, scene: &Scene<'_>) {
         if let Some(Disc { center_m, radius_m }) = self.region {
             let center = ArenaPoint::from(center_m.get());
             let inside = |pose: &crate::frame::Pose| (pose.position - center).norm() <= radius_m.get();

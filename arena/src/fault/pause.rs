@@ -2,12 +2,7 @@
 
 use protocol::percept::Tick;
 
-use super::{
-    Act, Presence, Strike,
-    choice::Choice,
-    ledger::Line,
-    rule::{Luck, Rule},
-};
+use super::{Act, Presence, Strike, choice::Choice, ledger::Line, luck::Luck, rule::Rule};
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {

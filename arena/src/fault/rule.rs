@@ -8,31 +8,21 @@ use protocol::{
     percept::{Light, Tick},
 };
 
-use super::{Presence, Strike, choice::Choice, ledger::Line};
-use crate::{
-    channel::Reception,
-    frame::{ArenaPoint, Pose},
-    random::{Draws, Purpose},
+use super::{
+    Presence, Strike,
+    choice::{Choice, Scene},
+    ledger::Line,
+    luck::Luck,
 };
-
-/// The world as a fault finds it when it begins.
-#[derive(Clone, Copy, Debug)]
-pub struct Scene<'a> {
-    /// The tick.
-    pub tick: Tick,
-    /// Where every body is.
-    pub poses: &'a [Pose],
-    /// Where lamps hang.
-    pub lamps: &'a [ArenaPoint],
-}
+use crate::{channel::Reception, frame::ArenaPoint};
 
 /// A packet on its way to one receiver.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight {
+pub(super) struct Flight {
     /// From whom, to whom, and what it says by now.
-    pub reception: Reception,
+    pub(super) reception: Reception,
     /// Where the receiver is.
-    pub receiver_at: ArenaPoint,
+    pub(super) receiver_at: ArenaPoint,
 }
 
 /// What a fault does to a packet.
@@ -60,32 +50,6 @@ impl Verdict {
             Self::Repeat(_) => Some("packets duplicated"),
             Self::Alter(_) => Some("packets altered unnoticed"),
         }
-    }
-}
-
-/// One fault's source of random draws.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Luck {
-    pub(super) seed: u64,
-    /// Index of the fault in the plan.
-    pub(super) fault: u32,
-}
-
-impl Luck {
-    /// The draws for one packet on one link.
-    pub(super) fn of(self, reception: &Reception) -> Draws {
-        let Reception { sender, receiver, number, .. } = *reception;
-        Draws::of_fault(self.fault, self.seed, Purpose::FaultPacket, number, sender, receiver)
-    }
-
-    /// The draws for one reading of one robot.
-    pub(super) fn of_reading(self, tick: Tick, robot: u32) -> Draws {
-        Draws::of_fault(self.fault, self.seed, Purpose::FaultReading, tick, robot, 0)
-    }
-
-    /// The draws for whether a robot is chosen; `which` tells choices of one fault apart.
-    pub(super) fn of_choice(self, robot: u32, which: u32) -> Draws {
-        Draws::of_fault(self.fault, self.seed, Purpose::FaultChoice, 0, robot, which)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use protocol::percept::{Light, Tick};
 
-use super::rule::{Luck, Rule};
+use super::{luck::Luck, rule::Rule};
 use crate::scenario::FaultSpec;
 
 #[derive(Debug)]

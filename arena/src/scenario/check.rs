@@ -10,10 +10,10 @@ use protocol::setup::Law;
 
 use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec, ROUNDING};
-use super::document::Problem;
 use super::fault_check;
 use super::light::LightSensor;
 use super::number::RobotCount;
+use super::problem::{Problem, ensure, problem};
 use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
@@ -365,18 +365,6 @@ fn name(choice: &impl serde::Serialize) -> String {
 fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
     problem(&[path, choice], format!("{path} has no meaning with {choice} = \"{chosen}\""))
         .hint(format!("remove it (on the command line: --set {path}=)"))
-}
-
-pub(super) fn problem(paths: &[&str], message: impl Into<String>) -> Problem {
-    Problem {
-        paths: paths.iter().map(|path| path.to_string()).collect(),
-        message: message.into(),
-        hint: None,
-    }
-}
-
-pub(super) fn ensure(holds: bool, problem: impl FnOnce() -> Problem) -> Result<(), Problem> {
-    if holds { Ok(()) } else { Err(problem()) }
 }
 
 /// For messages: at most six decimals.

@@ -14,28 +14,11 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::error::{Place, ScenarioError};
 use super::explain;
 use super::overrides::Override;
+use super::problem::Problem;
 use super::tables::TABLES;
 
 type Span = Range<usize>;
 type Node<'a> = Spanned<DeValue<'a>>;
-
-/// What is wrong with a value that is well-formed by itself.
-#[derive(Debug)]
-pub(super) struct Problem {
-    /// Paths of the values that disagree; the error points at the first that an override set, else the first.
-    pub(super) paths: Vec<String>,
-    /// What is wrong, in one line.
-    pub(super) message: String,
-    /// A way out, if one is known.
-    pub(super) hint: Option<String>,
-}
-
-impl Problem {
-    /// The same problem with a way out.
-    pub(super) fn hint(self, hint: impl Into<String>) -> Self {
-        Self { hint: Some(hint.into()), ..self }
-    }
-}
 
 /// A TOML tree with the origin of each value.
 pub(super) struct Document<'a> {

@@ -5,9 +5,8 @@
 use std::collections::BTreeSet;
 
 use super::Scenario;
-use super::check::{ensure, problem};
-use super::document::Problem;
 use super::faults::{Disc, FaultKind, FaultSpec, Pick};
+use super::problem::{Problem, ensure, problem};
 use super::robot_set::{Link, RobotSet};
 
 /// The keys of one kind of fault.
