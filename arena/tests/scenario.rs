@@ -73,7 +73,6 @@ mod reading {
             seed = 1
             duration_s = 10.0
             step_s = 0.1
-            fault = []
 
             [arena]
             size_m = [2.0, 1.0]
@@ -129,6 +128,7 @@ mod reading {
 
             [output]
             metrics_every_s = 1.0
+            crowding = false
 
             [fuzz]
             faults_max = 6
@@ -143,7 +143,7 @@ mod reading {
     #[test]
     fn every_ready_file_loads_and_is_equal_after_a_round_trip() {
         let files = ready_files();
-        assert_eq!(files.len(), 5);
+        assert_eq!(files.len(), 13);
         for file in files {
             let scenario = Scenario::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(Some(scenario.name.as_str()), file.file_stem().and_then(|stem| stem.to_str()));
