@@ -1,6 +1,6 @@
 //! The fault plan: what goes wrong, to whom, and at which tick.
 //!
-//! A fault is a [`Rule`] with a window of ticks and a [`Choice`] of robots or links, made when it
+//! A fault is a `Rule` with a window of ticks and a `Choice` of robots or links, made when it
 //! begins. Faults are asked in the order of the scenario, so a plan means one thing only. A new
 //! kind of fault is one file here and one line in `rule_of`. What each fault did is entered in its
 //! line of the ledger.

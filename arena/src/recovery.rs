@@ -1,7 +1,7 @@
 //! Recovery: how long a fault is felt.
 //!
 //! A quantity (mean ‖ê‖, or the coverage cost H) is back at the beginning of the first
-//! [`SPAN_CYCLES`] neighbor cycles after the fault whose mean is at most 10 % above the mean of as
+//! `SPAN_CYCLES` neighbor cycles after the fault whose mean is at most 10 % above the mean of as
 //! many cycles before it. So noise is no excursion, and what is felt only after some cycles (silence
 //! takes time to be noticed) is not missed. While a fault lasts it is not recovered from.
 
