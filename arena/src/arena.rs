@@ -208,7 +208,7 @@ impl Arena {
                 _ => 0,
             };
             if late > 0 {
-                held_back.push_back((tick + late, *answer));
+                held_back.push_back((tick.saturating_add(late), *answer));
             } else if fresh || command.is_none() {
                 held_back.clear();
                 *command = Some(*answer);
@@ -292,7 +292,7 @@ impl Arena {
             } else {
                 self.packets.heard -= 1;
                 self.packets.delayed += 1;
-                self.delayed.entry(tick + late).or_default().push((receiver, delivery));
+                self.delayed.entry(tick.saturating_add(late)).or_default().push((receiver, delivery));
             }
         }
     }

@@ -175,7 +175,7 @@ impl FaultPlan {
     /// What becomes of a packet that the channel has let through.
     pub fn passage(&mut self, tick: Tick, reception: &Reception, receiver_at: ArenaPoint) -> Passage {
         let mut flight = Flight { reception: *reception, receiver_at };
-        let (mut delay, mut copies) = (0, Vec::new());
+        let (mut delay, mut copies): (Tick, Vec<Tick>) = (0, Vec::new());
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
             let Flight { reception: Reception { sender, receiver, .. }, .. } = flight;
             if !fault.rule.chooses_itself() && !fault.choice.links(sender, receiver) {
@@ -188,12 +188,12 @@ impl FaultPlan {
             match verdict {
                 Verdict::Pass => {}
                 Verdict::Drop(_) => return Passage::Lost,
-                Verdict::Delay(ticks) => delay += ticks,
+                Verdict::Delay(ticks) => delay = delay.saturating_add(ticks),
                 Verdict::Repeat(ticks) => copies.push(ticks),
                 Verdict::Alter(altered) => flight.reception.packet = altered,
             }
         }
-        let copies = copies.into_iter().map(|ticks| delay + ticks).collect();
+        let copies = copies.into_iter().map(|ticks| delay.saturating_add(ticks)).collect();
         Passage::Delivered { packet: flight.reception.packet, delay, copies }
     }
 
@@ -219,13 +219,13 @@ impl FaultPlan {
 
     /// By how many ticks the answers of robot `robot` come late.
     pub fn lateness(&mut self, tick: Tick, robot: u32) -> Tick {
-        let mut late = 0;
+        let mut late: Tick = 0;
         for fault in self.active_on(robot) {
             let ticks = fault.rule.lateness();
             if ticks > 0 {
                 fault.line.did(tick, "answers delayed", robot);
             }
-            late += ticks;
+            late = late.saturating_add(ticks);
         }
         late
     }

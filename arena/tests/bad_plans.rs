@@ -286,4 +286,16 @@ mod faults {
             ]],
         );
     }
+
+    #[test]
+    fn numbers_beyond_all_reason_are_refused() {
+        check_fault(
+            "kind = \"sensor\"\nbias_counts = -1e300",
+            expect![["plan.toml:16: bias_counts = -1e300 is beyond -1e12 to 1e12"]],
+        );
+        check_fault(
+            "kind = \"motion\"\ndrift_m_per_s = [0, 1e7]",
+            expect![["plan.toml:16: drift_m_per_s = 1e7 is beyond -1e6 to 1e6"]],
+        );
+    }
 }

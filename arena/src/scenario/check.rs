@@ -29,8 +29,8 @@ const SIDE_MAX_M: f64 = 1e5;
 /// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
 const WIDTH_MIN_M: f64 = 1e-6;
 
-/// Highest offset or peak: sums and gradients of them stay finite.
-const COUNTS_MAX: f64 = 1e12;
+/// Highest offset, peak or false reading: sums and gradients of them stay finite.
+pub(super) const COUNTS_MAX: f64 = 1e12;
 
 /// The number of robots that `count` and `positions_m` agree on.
 pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {

@@ -5,9 +5,13 @@
 use std::collections::BTreeSet;
 
 use super::Scenario;
+use super::check::COUNTS_MAX;
 use super::faults::{Disc, FaultKind, FaultSpec, Pick};
 use super::problem::{Problem, ensure, problem};
 use super::robot_set::{Link, RobotSet};
+
+/// Fastest drift, meters per second along each axis: poses stay finite.
+const DRIFT_MAX_M_PER_S: f64 = 1e6;
 
 /// The keys of one kind of fault.
 struct Keys {
@@ -216,6 +220,20 @@ impl Entry<'_> {
         if let (Some(p), Some(r)) = (fault.p, fault.r) {
             ensure(p.get() + r.get() > 0.0, || {
                 self.problem(&["p", "r"], "p and r are both 0: links would never change".into())
+            })?;
+        }
+        let drift = |axis: fn([f64; 2]) -> f64| fault.drift_m_per_s.map(|drift| axis(drift.get()));
+        let bounded = [
+            ("bias_counts", fault.bias_counts.map(|bias| bias.get()), COUNTS_MAX),
+            ("noise_counts", fault.noise_counts.map(|noise| noise.get()), COUNTS_MAX),
+            ("light_counts", fault.light_counts.map(|light| light.get()), COUNTS_MAX),
+            ("drift_m_per_s", drift(|[ahead, _]| ahead), DRIFT_MAX_M_PER_S),
+            ("drift_m_per_s", drift(|[_, left]| left), DRIFT_MAX_M_PER_S),
+        ];
+        for (key, value, most) in bounded {
+            let value = value.unwrap_or(0.0);
+            ensure(value.abs() <= most, || {
+                self.problem(&[key], format!("{key} = {value:e} is beyond -{most:e} to {most:e}"))
             })?;
         }
         ensure(fault.stuck != Some(false), || {
