@@ -173,6 +173,10 @@ mod faults {
             "kind = \"pause\"\nfrom_s = 5\nuntil_s = 5",
             expect![["plan.toml:17: the window is empty: until_s = 5 does not come after from_s = 5"]],
         );
+        check_fault(
+            "kind = \"pause\"\nfrom_s = 1.06\nuntil_s = 1.1",
+            expect![["plan.toml:17: the window is empty: 1.06 s and 1.1 s fall on the same tick of 0.1 s"]],
+        );
     }
 
     #[test]

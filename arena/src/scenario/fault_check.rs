@@ -115,6 +115,13 @@ impl Entry<'_> {
         let Some(ends_s) = self.fault.ends_s() else { return Ok(()) };
         let (begins_s, ticks) = (self.fault.begins_s(), |time_s| self.scenario.tick_at(time_s));
         ensure(ticks(ends_s) > ticks(begins_s), || match self.fault.kind {
+            _ if ends_s > begins_s => self.problem(
+                &["until_s", "restart_at_s", "step_s"],
+                format!(
+                    "the window is empty: {begins_s} s and {ends_s} s fall on the same tick of {} s",
+                    self.scenario.step_s.get()
+                ),
+            ),
             FaultKind::Kill => self.problem(
                 &["restart_at_s", "at_s"],
                 format!(
