@@ -2,7 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use arena::{Arena, metrics::estimated_errors, recovery::Recovery, scenario::Scenario};
+use arena::{
+    Arena,
+    metrics::estimated_errors,
+    recovery::{Recovered, Recovery},
+    scenario::Scenario,
+};
 use hdrhistogram::Histogram;
 use protocol::{command::Command, setup::Mode};
 
@@ -170,7 +175,13 @@ impl Run<'_> {
 
     fn faults(&self) -> Vec<Fault> {
         let lines = self.arena.ledger().cloned().zip(self.recovery.recovered());
-        lines.map(|(line, recovered)| Fault { line, recovered }).collect()
+        lines
+            .map(|(line, recovered)| {
+                // Nobody recovers from what never was.
+                let recovered = if line.fired_tick.is_some() { recovered } else { Recovered::default() };
+                Fault { line, recovered }
+            })
+            .collect()
     }
 
     fn summary(

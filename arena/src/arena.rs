@@ -49,6 +49,8 @@ pub struct Arena {
     tick: Option<Tick>,
     /// What each robot does: its last command, once it has come into force.
     commands: Vec<Option<Command>>,
+    /// The life of each robot that was heard of last.
+    lives: Vec<Option<RobotId>>,
     /// Answers that a fault holds back, and when they come into force.
     held_back: Vec<VecDeque<(Tick, Command)>>,
     /// What each robot has heard since its last percept.
@@ -79,6 +81,7 @@ impl Arena {
             hearing: Hearing::new(scenario.robot_count(), timeout_ticks),
             tick: None,
             commands: vec![None; robots],
+            lives: vec![None; robots],
             held_back: vec![VecDeque::new(); robots],
             inboxes: vec![Vec::new(); robots],
             bumped: vec![false; robots],
@@ -190,36 +193,41 @@ impl Arena {
         self.scenario.arena.size_m.get()
     }
 
-    /// Answers come into force: at once, or as late as a fault has it.
+    /// Answers come into force: at once, or as late as a fault has it. The first word of a new life is
+    /// nobody's answer, and is never late.
     fn take_in(&mut self, tick: Tick, answers: &[Option<Command>]) {
-        let fresh = tick == 0 || self.scenario.begins_cycle(tick - 1);
+        let asked = tick == 0 || self.scenario.begins_cycle(tick - 1);
         for (robot, answer) in answers.iter().enumerate() {
-            let (command, held_back) = (&mut self.commands[robot], &mut self.held_back[robot]);
             let Some(answer) = answer else {
-                *command = None;
-                held_back.clear();
+                self.commands[robot] = None;
+                self.held_back[robot].clear();
                 continue;
             };
-            let late = match (fresh, &command) {
-                // A new life's first word is nobody's answer.
-                (true, Some(before)) if before.packet.sender == answer.packet.sender => {
-                    self.plan.lateness(tick, robot as u32)
+            let life = Some(answer.packet.sender);
+            let is_new = self.lives[robot] != life;
+            self.lives[robot] = life;
+            if is_new {
+                self.held_back[robot].clear();
+                self.obey(robot, *answer);
+            } else if asked {
+                match self.plan.lateness(tick, robot as u32) {
+                    0 => {
+                        self.held_back[robot].clear();
+                        self.obey(robot, *answer);
+                    }
+                    late => self.held_back[robot].push_back((tick.saturating_add(late), *answer)),
                 }
-                _ => 0,
-            };
-            if late > 0 {
-                held_back.push_back((tick.saturating_add(late), *answer));
-            } else if fresh || command.is_none() {
-                held_back.clear();
-                *command = Some(*answer);
-                self.world.set_course(robot, answer.velocity);
             }
-            while let Some((_, due)) = held_back.front().copied().filter(|(due, _)| *due <= tick) {
-                held_back.pop_front();
-                *command = Some(due);
-                self.world.set_course(robot, due.velocity);
+            while let Some(&(_, held)) = self.held_back[robot].front().filter(|(due, _)| *due <= tick) {
+                self.held_back[robot].pop_front();
+                self.obey(robot, held);
             }
         }
+    }
+
+    fn obey(&mut self, robot: usize, command: Command) {
+        self.world.set_course(robot, command.velocity);
+        self.commands[robot] = Some(command);
     }
 
     fn move_bodies(&mut self, tick: Tick) {
@@ -275,22 +283,18 @@ impl Arena {
         let Reception { sender, receiver, number, .. } = *reception;
         let poses = self.world.poses();
         let (from, to) = (poses[sender as usize], poses[receiver as usize]);
-        let Passage::Delivered { packet, delay, copies } = self.plan.passage(tick, reception, to.position)
-        else {
-            self.packets.heard -= 1;
-            self.packets.lost_fault += 1;
-            return;
-        };
-        let seed = self.scenario.seed;
-        let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
-        let delivery = self.measurement.of(packet, &from, &to, draws);
-        self.packets.duplicated += copies.len() as u64;
-        self.packets.heard += copies.len() as u64;
-        for late in std::iter::once(delay).chain(copies) {
+        let Passage { arrivals, lost } = self.plan.passage(tick, reception, to.position);
+        // The channel has counted the packet as heard.
+        self.packets.heard -= 1;
+        self.packets.duplicated += arrivals.len() as u64 + lost - 1;
+        self.packets.lost_fault += lost;
+        for (packet, late) in arrivals {
+            let draws = || Draws::of(self.scenario.seed, Purpose::Measurement, number, sender, receiver);
+            let delivery = self.measurement.of(packet, &from, &to, draws);
             if late == 0 {
+                self.packets.heard += 1;
                 self.put(receiver, delivery);
             } else {
-                self.packets.heard -= 1;
                 self.packets.delayed += 1;
                 self.delayed.entry(tick.saturating_add(late)).or_default().push((receiver, delivery));
             }

@@ -67,34 +67,41 @@ pub enum Act {
 
 /// What the plan has made of an agent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Fate {
+    /// How often it has been restarted by plan.
+    life: u32,
+    presence: Presence,
+}
+
+/// Whether an agent is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Presence {
     #[default]
     Up,
-    Paused,
+    /// So many faults hold it.
+    Paused {
+        holders: u32,
+    },
     Down,
 }
 
+/// Most copies of one packet under way to one receiver, itself included; what duplicates beyond that does not.
+const COPIES_MAX: usize = 16;
+
 /// What becomes of a reception under the plan.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Passage {
-    /// Lost to a fault.
-    Lost,
-    /// Delivered so many ticks later, as this packet; and copies of it, each after its own delay.
-    Delivered {
-        /// What arrives.
-        packet: Packet,
-        /// How many ticks late.
-        delay: Tick,
-        /// Delays of second copies.
-        copies: Vec<Tick>,
-    },
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Passage {
+    /// What arrives, and how many ticks late: the packet itself, altered or not, and copies of it.
+    pub arrivals: Vec<(Packet, Tick)>,
+    /// How many of them, packet and copies, are lost.
+    pub lost: u64,
 }
 
 /// All faults of a run and what they have done.
 #[derive(Debug)]
 pub struct FaultPlan {
     faults: Vec<Fault>,
-    presences: Vec<Presence>,
+    fates: Vec<Fate>,
     lamps: Vec<ArenaPoint>,
 }
 
@@ -130,12 +137,12 @@ impl FaultPlan {
                 line: Line::new(spec.kind, window.clone()),
                 window,
                 state: State::ToCome,
-                luck: Luck { seed: scenario.seed, fault: index as u32 },
+                luck: Luck { seed: scenario.seed, fault: index as u32, copy: 0 },
             }
         };
         Self {
             faults: scenario.fault.iter().enumerate().map(fault).collect(),
-            presences: vec![Presence::Up; scenario.robot_count() as usize],
+            fates: vec![Fate::default(); scenario.robot_count() as usize],
             lamps,
         }
     }
@@ -145,17 +152,19 @@ impl FaultPlan {
     pub fn strikes(&mut self, tick: Tick, poses: &[Pose]) -> Vec<Strike> {
         let mut strikes = Vec::new();
         let scene = Scene { poses, lamps: &self.lamps };
-        for fault in &mut self.faults {
-            if fault.state == State::ToCome && fault.window.contains(&tick) {
+        // What ends makes room for what begins, in whichever order they are planned.
+        for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
+            if tick >= fault.window.end {
+                fault.state = State::Over;
+                fault.rule.end(fault.luck, &mut self.fates, &mut strikes, &mut fault.line);
+            }
+        }
+        for fault in self.faults.iter_mut().filter(|fault| fault.state == State::ToCome) {
+            if fault.window.contains(&tick) {
                 fault.state = State::Active;
                 fault.choice = Choice::made(&fault.spec, &scene, fault.luck);
                 fault.rule.look(&scene);
-                let presences = &mut self.presences;
-                fault.rule.begin(tick, &fault.choice, presences, &mut strikes, &mut fault.line);
-            }
-            if fault.state == State::Active && tick >= fault.window.end {
-                fault.state = State::Over;
-                fault.rule.end(fault.luck, &mut self.presences, &mut strikes, &mut fault.line);
+                fault.rule.begin(tick, &fault.choice, &mut self.fates, &mut strikes, &mut fault.line);
             }
         }
         strikes
@@ -172,29 +181,43 @@ impl FaultPlan {
         packet
     }
 
-    /// What becomes of a packet that the channel has let through.
+    /// What becomes of a packet that the channel has let through. Each fault sees what those before it
+    /// have left; copies go their own ways from where they were made.
     pub fn passage(&mut self, tick: Tick, reception: &Reception, receiver_at: ArenaPoint) -> Passage {
-        let mut flight = Flight { reception: *reception, receiver_at };
-        let (mut delay, mut copies): (Tick, Vec<Tick>) = (0, Vec::new());
+        let Reception { sender, receiver, packet, .. } = *reception;
+        let mut under_way: Vec<(Packet, Tick)> = vec![(packet, 0)];
+        let mut made = 1;
+        let mut lost = 0;
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
-            let Flight { reception: Reception { sender, receiver, .. }, .. } = flight;
             if !fault.rule.chooses_itself() && !fault.choice.links(sender, receiver) {
                 continue;
             }
-            let verdict = fault.rule.judge(&flight, fault.luck);
-            if let Some(what) = verdict.entry() {
-                fault.line.did(tick, what, receiver);
+            let mut left: Vec<(Packet, Tick)> = Vec::with_capacity(under_way.len());
+            for (copy, (packet, late)) in (0..).zip(under_way) {
+                let flight = Flight { reception: Reception { packet, ..*reception }, receiver_at };
+                let verdict = fault.rule.judge(&flight, fault.luck.of_copy(copy));
+                let over_bound = matches!(verdict, Verdict::Repeat(_)) && made == COPIES_MAX;
+                match (verdict.entry(), over_bound) {
+                    (Some(_), true) => {
+                        fault.line.did(tick, "packets not duplicated, too many copies", receiver)
+                    }
+                    (Some(what), false) => fault.line.did(tick, what, receiver),
+                    (None, _) => {}
+                }
+                match verdict {
+                    Verdict::Drop(_) => lost += 1,
+                    Verdict::Delay(ticks) => left.push((packet, late.saturating_add(ticks))),
+                    Verdict::Alter(altered) => left.push((altered, late)),
+                    Verdict::Repeat(ticks) if !over_bound => {
+                        left.extend([(packet, late), (packet, late.saturating_add(ticks))]);
+                        made += 1;
+                    }
+                    Verdict::Pass | Verdict::Repeat(_) => left.push((packet, late)),
+                }
             }
-            match verdict {
-                Verdict::Pass => {}
-                Verdict::Drop(_) => return Passage::Lost,
-                Verdict::Delay(ticks) => delay = delay.saturating_add(ticks),
-                Verdict::Repeat(ticks) => copies.push(ticks),
-                Verdict::Alter(altered) => flight.reception.packet = altered,
-            }
+            under_way = left;
         }
-        let copies = copies.into_iter().map(|ticks| delay.saturating_add(ticks)).collect();
-        Passage::Delivered { packet: flight.reception.packet, delay, copies }
+        Passage { arrivals: under_way, lost }
     }
 
     /// What robot `robot` senses.

@@ -110,8 +110,8 @@ impl Ring {
             let mut draws = Draws::of(self.seed, Purpose::DiodeNoise, tick, robot, diode);
             counts += self.noise_counts * draws.normal();
         }
-        let steps = libm::round(counts.clamp(0.0, self.adc_max_counts) / self.adc_step_counts);
-        steps * self.adc_step_counts
+        let top = libm::floor(self.adc_max_counts / self.adc_step_counts);
+        libm::round(counts / self.adc_step_counts).clamp(0.0, top) * self.adc_step_counts
     }
 }
 
@@ -182,6 +182,8 @@ mod tests {
         assert_eq!(ring.converted(1e6, 0, 0, 0), 100.0);
         assert_eq!(ring.converted(44.0, 0, 0, 0), 40.0);
         assert_eq!(ring.converted(-3.0, 0, 0, 0), 0.0);
+        let coarse = Ring::new(&scenario(&["light.adc_max_counts=1023", "light.adc_step_counts=4"]));
+        assert_eq!(coarse.converted(1e6, 0, 0, 0), 1020.0, "no reading is above the largest");
     }
 
     #[test]

@@ -69,8 +69,12 @@ pub struct Observer<'a> {
 }
 
 impl Observer<'_> {
-    /// What a fault can be felt in: mean ‖ê‖ and, roughly, H.
+    /// What a fault can be felt in: mean ‖ê‖ and, roughly, H. With nobody alive there is neither, and
+    /// both are NaN, which no recovery takes for a value.
     pub fn disturbance(&self, poses: &[Pose], answers: &[Option<Command>]) -> Disturbance {
+        if answers.iter().all(Option::is_none) {
+            return [f64::NAN; 2];
+        }
         let alive = poses.iter().zip(answers).filter(|(_, answer)| answer.is_some());
         let partition = Partition::new(alive.map(|(pose, _)| pose.position).collect(), self.size_m);
         [estimated_errors(answers).0, partition.rough_cost(self.field)]

@@ -14,8 +14,8 @@ use crate::scenario::Scenario;
 
 /// Neighbor cycles that a value is the mean of: twice as many as it takes to forget a neighbor.
 const SPAN_CYCLES: usize = 8;
-/// How far above its value before the fault a quantity may be and be back.
-const BAND: f64 = 1.1;
+/// By what share of its value before the fault a quantity may be above it and be back.
+const BAND: f64 = 0.1;
 /// Below this nothing is an excursion: rounding, in meters or in units of H.
 const NOTHING: f64 = 1e-9;
 
@@ -23,7 +23,7 @@ const NOTHING: f64 = 1e-9;
 pub type Disturbance = [f64; 2];
 
 /// When a fault was no longer felt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Recovered {
     /// Ticks from the fault until the mean estimated error was back; `None` if it was not.
     pub mean_error_ticks: Option<Tick>,
@@ -117,7 +117,8 @@ impl Watch {
     fn look(&mut self, since: Tick, now: Disturbance) {
         let Some(before) = self.before else { return };
         for (which, back_since) in self.back_since.iter_mut().enumerate() {
-            if now[which] <= (before[which] * BAND).max(NOTHING) {
+            // H is negative where φ is.
+            if now[which] <= before[which] + (before[which].abs() * BAND).max(NOTHING) {
                 back_since.get_or_insert(since);
             }
         }

@@ -119,6 +119,29 @@ fn phases_deliver_what_theory_says_of_wrapped_time() {
 }
 
 #[test]
+fn packets_longer_than_theory_likes_are_foretold_as_well() {
+    for settings in [
+        ["access=random", "airtime_s=0.6"],
+        ["access=random", "airtime_s=0.8"],
+        ["access=random", "airtime_s=1"],
+        ["access=random", "airtime_s=0.4"],
+        ["access=fixed-phase", "airtime_s=0.4"],
+        ["access=fixed-phase", "airtime_s=0.6"],
+    ] {
+        let mut settings = settings.map(set).to_vec();
+        if settings[0] == "access=fixed-phase" {
+            settings.push(set("jitter_s=0.4"));
+        }
+        let predicted = delivered_share(&crowd(2, 1, &settings).channel, 1).unwrap();
+        let (mean, error) = delivered(1, false, &settings);
+        assert!(
+            (mean - predicted).abs() <= 3.0 * error + 1e-4,
+            "{settings:?}: {mean} ± {error}, not {predicted}"
+        );
+    }
+}
+
+#[test]
 fn closed_forms_are_the_published_ones() {
     // r, k, wrap-around, aligned frame.
     for (r, k, wrapped, aligned) in [

@@ -65,6 +65,11 @@ fn run(
     arena
 }
 
+/// Whether everything of a packet is lost.
+fn is_lost(passage: &Passage) -> bool {
+    passage.arrivals.is_empty()
+}
+
 /// What becomes of packet `number` of robot 0 at robot 1.
 fn passage(plan: &mut FaultPlan, number: u64) -> Passage {
     passage_on(plan, 0, 1, number)
@@ -118,7 +123,7 @@ mod packets {
     #[test]
     fn losses_are_independent_and_as_many_as_asked_for() {
         let mut plan = begun("[[fault]]\nkind = \"loss\"\nprobability = 0.3");
-        let lost: Vec<bool> = (0..20_000).map(|number| passage(&mut plan, number) == Passage::Lost).collect();
+        let lost: Vec<bool> = (0..20_000).map(|number| is_lost(&passage(&mut plan, number))).collect();
         let share = lost.iter().filter(|lost| **lost).count() as f64 / 2e4;
         assert!((share - 0.3).abs() < 3.0 * (0.21_f64 / 2e4).sqrt(), "{share}");
         let chi_square = chi_square_of_runs(&runs_of(true, &lost), 0.7);
@@ -129,7 +134,7 @@ mod packets {
     fn bursts_are_as_frequent_and_as_long_as_gilbert_and_elliott_say() {
         let (p, r) = (0.05_f64, 0.25);
         let mut plan = begun(&format!("[[fault]]\nkind = \"burst\"\np = {p}\nr = {r}"));
-        let lost: Vec<bool> = (0..60_000).map(|number| passage(&mut plan, number) == Passage::Lost).collect();
+        let lost: Vec<bool> = (0..60_000).map(|number| is_lost(&passage(&mut plan, number))).collect();
         let bad = lost.iter().filter(|lost| **lost).count() as f64 / 6e4;
         // Neighbors in time are alike: the variance is (2 - p - r)/(p + r) times that of free draws.
         let expected = p / (p + r);
@@ -150,8 +155,7 @@ mod packets {
         // After k cycles a bad link is bad with π + (1 - π)(1 - p - r)^k.
         let (p, r, gap) = (0.1_f64, 0.2_f64, 3);
         let mut plan = begun(&format!("[[fault]]\nkind = \"burst\"\np = {p}\nr = {r}"));
-        let lost: Vec<bool> =
-            (0..40_000).map(|number| passage(&mut plan, number * gap) == Passage::Lost).collect();
+        let lost: Vec<bool> = (0..40_000).map(|number| is_lost(&passage(&mut plan, number * gap))).collect();
         let pairs = lost.windows(2).filter(|pair| pair[0]);
         let (bad, again) =
             pairs.fold((0.0, 0.0), |(bad, again), pair| (bad + 1.0, again + f64::from(u8::from(pair[1]))));
@@ -164,7 +168,7 @@ mod packets {
     fn a_bad_link_may_let_something_through_and_a_good_one_lose_something() {
         let mut plan =
             begun("[[fault]]\nkind = \"burst\"\np = 0.5\nr = 0.5\nloss_bad = 0.8\nloss_good = 0.2");
-        let lost = (0..10_000).filter(|&number| passage(&mut plan, number) == Passage::Lost).count();
+        let lost = (0..10_000).filter(|&number| is_lost(&passage(&mut plan, number))).count();
         assert!((lost as f64 / 1e4 - 0.5).abs() < 0.02, "{lost}");
     }
 
@@ -173,10 +177,8 @@ mod packets {
         let mut plan = begun("[[fault]]\nkind = \"delay\"\ndelay_s = 0.3\njitter_s = 0.4");
         let mut seen = [0; 10];
         for number in 0..2000 {
-            let Passage::Delivered { delay, .. } = passage(&mut plan, number) else {
-                panic!("it is not lost")
-            };
-            seen[delay as usize] += 1;
+            let (_, late) = passage(&mut plan, number).arrivals[0];
+            seen[late as usize] += 1;
         }
         assert_eq!(seen.iter().sum::<u32>(), 2000);
         assert!(
@@ -227,7 +229,7 @@ mod packets {
         let corrupt = |flips: u32| {
             let mut plan =
                 begun(&format!("[[fault]]\nkind = \"corrupt\"\nprobability = 1.0\nflips = {flips}"));
-            (0..400_000).filter(|&number| passage(&mut plan, number) != Passage::Lost).count()
+            (0..400_000).filter(|&number| !is_lost(&passage(&mut plan, number))).count()
         };
         assert_eq!(corrupt(3), 0);
         // 400000/65536 is 6.1, and other kinds and lengths than the known ones are refused as well.
@@ -238,7 +240,7 @@ mod packets {
     fn groups_cannot_hear_each_other() {
         let faults = "[[fault]]\nkind = \"partition\"\ngroups = [\"0-3\", \"4-7\"]";
         let mut plan = begun(faults);
-        let lost = |plan: &mut FaultPlan, from, to| passage_on(plan, from, to, 1) == Passage::Lost;
+        let lost = |plan: &mut FaultPlan, from, to| is_lost(&passage_on(plan, from, to, 1));
         assert!(lost(&mut plan, 0, 4) && lost(&mut plan, 4, 0));
         assert!(!lost(&mut plan, 0, 3) && !lost(&mut plan, 4, 7));
         assert!(!lost(&mut plan, 0, 8) && !lost(&mut plan, 9, 4) && !lost(&mut plan, 8, 9));
@@ -251,7 +253,7 @@ mod packets {
         let mut plan = begun(
             "[[fault]]\nkind = \"partition\"\none_way = true\nregion = { center_m = [0, 0.5], radius_m = 0.35 }",
         );
-        let lost = |plan: &mut FaultPlan, from, to| passage_on(plan, from, to, 1) == Passage::Lost;
+        let lost = |plan: &mut FaultPlan, from, to| is_lost(&passage_on(plan, from, to, 1));
         assert!(lost(&mut plan, 0, 5) && !lost(&mut plan, 5, 0) && !lost(&mut plan, 0, 2));
     }
 
@@ -259,7 +261,7 @@ mod packets {
     fn nobody_hears_in_a_jammed_disc() {
         let mut plan =
             begun("[[fault]]\nkind = \"jam\"\nregion = { center_m = [0.2, 0.5], radius_m = 0.05 }");
-        let lost = |plan: &mut FaultPlan, from, to| passage_on(plan, from, to, 1) == Passage::Lost;
+        let lost = |plan: &mut FaultPlan, from, to| is_lost(&passage_on(plan, from, to, 1));
         assert!(lost(&mut plan, 5, 1) && !lost(&mut plan, 1, 5) && !lost(&mut plan, 5, 2));
     }
 
@@ -267,7 +269,7 @@ mod packets {
     fn directions_and_links_say_which_packets_are_struck() {
         let lost = |choice: &str| {
             let mut plan = begun(&format!("[[fault]]\nkind = \"loss\"\nprobability = 1.0\n{choice}"));
-            [(3, 5), (5, 3), (5, 6)].map(|(from, to)| passage_on(&mut plan, from, to, 1) == Passage::Lost)
+            [(3, 5), (5, 3), (5, 6)].map(|(from, to)| is_lost(&passage_on(&mut plan, from, to, 1)))
         };
         assert_eq!(lost("robots = 3"), [true, true, false]);
         assert_eq!(lost("robots = 3\ndirection = \"out\""), [true, false, false]);
@@ -294,11 +296,10 @@ mod packets {
             kind = \"jam\"
             region = { center_m = [0.6, 0.5], radius_m = 0.05 }";
         let mut plan = begun(faults);
-        let Passage::Delivered { delay, copies, .. } = passage(&mut plan, 1) else {
-            panic!("it is not lost")
-        };
-        assert_eq!((delay, copies), (2, vec![3]));
-        assert_eq!(passage_on(&mut plan, 0, 5, 1), Passage::Lost);
+        let late: Vec<Tick> = passage(&mut plan, 1).arrivals.iter().map(|(_, late)| *late).collect();
+        assert_eq!(late, [2, 3]);
+        let both = passage_on(&mut plan, 0, 5, 1);
+        assert_eq!((is_lost(&both), both.lost), (true, 2));
         let fired: Vec<bool> = plan.ledger().map(|line| line.fired_tick.is_some()).collect();
         assert_eq!(fired, [true, true, true, false], "what is lost already cannot be jammed");
     }
@@ -511,11 +512,103 @@ mod plans {
     }
 
     #[test]
+    fn what_ends_makes_room_for_what_begins_in_whichever_order_it_is_planned() {
+        let faults = "
+            [[fault]]
+            kind = \"pause\"
+            robots = 3
+            from_s = 10
+            until_s = 15
+            [[fault]]
+            kind = \"pause\"
+            robots = 3
+            from_s = 5
+            until_s = 10";
+        let mut silent = Vec::new();
+        run(&scenario(faults), 200, |arena, percepts| {
+            if percepts.unwrap()[3].deliveries.is_empty() {
+                silent.push(arena.current_tick());
+            }
+        });
+        assert_eq!(silent, (50..150).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_pause_of_an_earlier_life_or_of_another_fault_ends_nobodys_pause() {
+        let faults = "
+            [[fault]]
+            kind = \"pause\"
+            robots = 3
+            from_s = 2
+            until_s = 8
+            [[fault]]
+            kind = \"kill\"
+            robots = 3
+            at_s = 4
+            restart_at_s = 5
+            [[fault]]
+            kind = \"pause\"
+            share = 1.0
+            from_s = 6
+            until_s = 12
+            [[fault]]
+            kind = \"pause\"
+            share = 1.0
+            from_s = 7
+            until_s = 10";
+        let mut silent = Vec::new();
+        run(&scenario(faults), 150, |arena, _| {
+            if arena.packets().sent == silent.last().map_or(u64::MAX, |(_, sent)| *sent) {
+                silent.last_mut().unwrap().0 = arena.current_tick();
+            } else {
+                silent.push((arena.current_tick(), arena.packets().sent));
+            }
+        });
+        // Nobody sends from 6 s to 12 s.
+        assert!(silent.iter().any(|(last, _)| *last == 119), "{silent:?}");
+    }
+
+    #[test]
+    fn slow_answers_are_slow_after_a_pause_too() {
+        let faults = "
+            [[fault]]
+            kind = \"slow\"
+            robots = 1
+            delay_s = 0.5
+            [[fault]]
+            kind = \"pause\"
+            robots = 1
+            from_s = 2
+            until_s = 3";
+        let mut heard = Vec::new();
+        run(&scenario(faults), 60, |arena, percepts| {
+            if percepts.unwrap()[0].deliveries.iter().any(|heard| heard.packet.sender.index == 1) {
+                heard.push(arena.current_tick());
+            }
+        });
+        assert!(heard.contains(&19) && !heard.contains(&20));
+        // This harness answers at the tick of the strike, and the answer is half a second late.
+        assert_eq!(heard.iter().find(|tick| **tick > 20), Some(&35), "{heard:?}");
+    }
+
+    #[test]
+    fn copies_meet_later_faults_on_their_own_and_are_bounded() {
+        let twice = "[[fault]]\nkind = \"duplicate\"\nprobability = 1.0\n";
+        let mut plan = begun(&format!("{twice}[[fault]]\nkind = \"loss\"\nprobability = 0.5"));
+        let one = (0..1000).filter(|&number| passage(&mut plan, number).arrivals.len() == 1).count();
+        assert!((400..600).contains(&one), "{one} of 1000 lost one of two");
+        let mut plan = begun(&twice.repeat(6));
+        assert_eq!(passage(&mut plan, 1).arrivals.len(), 16);
+        let last = plan.ledger().last().unwrap();
+        assert_eq!(last.effects["packets not duplicated, too many copies"], 16);
+    }
+
+    #[test]
     fn a_fault_has_luck_of_its_own_and_keeps_it_when_robots_are_added() {
         let faults =
             "[[fault]]\nkind = \"loss\"\nprobability = 0.5\n[[fault]]\nkind = \"loss\"\nprobability = 0.5";
         let mut plan = begun(faults);
-        let lost = (0..10_000).filter(|&number| passage(&mut plan, number) == Passage::Lost).count();
+        let lost = (0..10_000).filter(|&number| is_lost(&passage(&mut plan, number))).count();
         assert!((lost as f64 / 1e4 - 0.75).abs() < 0.015, "{lost}");
     }
 }

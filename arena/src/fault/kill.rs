@@ -3,7 +3,7 @@
 use protocol::percept::Tick;
 
 use super::{
-    Act, Presence, Strike,
+    Act, Fate, Presence, Strike,
     choice::{Choice, whole},
     ledger::Line,
     luck::Luck,
@@ -32,12 +32,12 @@ impl Rule for Kill {
         &mut self,
         tick: Tick,
         choice: &Choice,
-        presences: &mut [Presence],
+        fates: &mut [Fate],
         strikes: &mut Vec<Strike>,
         line: &mut Line,
     ) {
         for robot in choice.robots() {
-            let presence = &mut presences[robot as usize];
+            let Fate { presence, .. } = &mut fates[robot as usize];
             if *presence != Presence::Down {
                 *presence = Presence::Down;
                 self.killed.push(robot);
@@ -47,7 +47,7 @@ impl Rule for Kill {
         }
     }
 
-    fn end(&mut self, luck: Luck, presences: &mut [Presence], strikes: &mut Vec<Strike>, line: &mut Line) {
+    fn end(&mut self, luck: Luck, fates: &mut [Fate], strikes: &mut Vec<Strike>, line: &mut Line) {
         let count = whole(self.restart_share, self.killed.len());
         let mut drawn: Vec<(f64, u32)> =
             self.killed.iter().map(|&robot| (luck.of_choice(robot, REBORN).unit(), robot)).collect();
@@ -55,7 +55,8 @@ impl Rule for Kill {
         let mut reborn: Vec<u32> = drawn.into_iter().take(count).map(|(_, robot)| robot).collect();
         reborn.sort_unstable();
         for robot in reborn {
-            presences[robot as usize] = Presence::Up;
+            let fate = &mut fates[robot as usize];
+            *fate = Fate { life: fate.life + 1, presence: Presence::Up };
             strikes.push(Strike { robot, act: Act::Restart });
             line.count("robots restarted");
         }

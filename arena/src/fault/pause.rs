@@ -2,12 +2,12 @@
 
 use protocol::percept::Tick;
 
-use super::{Act, Presence, Strike, choice::Choice, ledger::Line, luck::Luck, rule::Rule};
+use super::{Act, Fate, Presence, Strike, choice::Choice, ledger::Line, luck::Luck, rule::Rule};
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {
-    /// Whom it has stopped.
-    stopped: Vec<u32>,
+    /// Whom it holds, and in which life.
+    held: Vec<(u32, u32)>,
 }
 
 impl Rule for Pause {
@@ -15,29 +15,39 @@ impl Rule for Pause {
         &mut self,
         tick: Tick,
         choice: &Choice,
-        presences: &mut [Presence],
+        fates: &mut [Fate],
         strikes: &mut Vec<Strike>,
         line: &mut Line,
     ) {
         for robot in choice.robots() {
-            let presence = &mut presences[robot as usize];
-            if *presence == Presence::Up {
-                *presence = Presence::Paused;
-                self.stopped.push(robot);
-                strikes.push(Strike { robot, act: Act::Pause });
-                line.did(tick, "robots paused", robot);
+            let Fate { life, presence } = &mut fates[robot as usize];
+            match presence {
+                Presence::Down => continue,
+                Presence::Paused { holders } => *holders += 1,
+                Presence::Up => {
+                    *presence = Presence::Paused { holders: 1 };
+                    strikes.push(Strike { robot, act: Act::Pause });
+                }
             }
+            self.held.push((robot, *life));
+            line.did(tick, "robots paused", robot);
         }
     }
 
-    fn end(&mut self, _: Luck, presences: &mut [Presence], strikes: &mut Vec<Strike>, line: &mut Line) {
-        for &robot in &self.stopped {
-            let presence = &mut presences[robot as usize];
-            // It may have been killed meanwhile.
-            if *presence == Presence::Paused {
-                *presence = Presence::Up;
-                strikes.push(Strike { robot, act: Act::Resume });
-                line.count("robots resumed");
+    /// Who is held by another fault as well stays; who was killed meanwhile is no longer held.
+    fn end(&mut self, _: Luck, fates: &mut [Fate], strikes: &mut Vec<Strike>, line: &mut Line) {
+        for &(robot, held_life) in &self.held {
+            let Fate { life, presence } = &mut fates[robot as usize];
+            match presence {
+                Presence::Paused { holders } if *life == held_life => {
+                    *holders -= 1;
+                    if *holders == 0 {
+                        *presence = Presence::Up;
+                        strikes.push(Strike { robot, act: Act::Resume });
+                        line.count("robots resumed");
+                    }
+                }
+                _ => {}
             }
         }
     }

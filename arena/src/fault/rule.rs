@@ -9,7 +9,7 @@ use protocol::{
 };
 
 use super::{
-    Presence, Strike,
+    Fate, Strike,
     choice::{Choice, Scene},
     ledger::Line,
     luck::Luck,
@@ -59,10 +59,10 @@ pub(super) trait Rule: Debug {
     fn look(&mut self, _: &Scene<'_>) {}
 
     /// It begins: what it does to agents at once.
-    fn begin(&mut self, _: Tick, _: &Choice, _: &mut [Presence], _: &mut Vec<Strike>, _: &mut Line) {}
+    fn begin(&mut self, _: Tick, _: &Choice, _: &mut [Fate], _: &mut Vec<Strike>, _: &mut Line) {}
 
     /// It ends: what it does to agents then.
-    fn end(&mut self, _: Luck, _: &mut [Presence], _: &mut Vec<Strike>, _: &mut Line) {}
+    fn end(&mut self, _: Luck, _: &mut [Fate], _: &mut Vec<Strike>, _: &mut Line) {}
 
     /// Whether it looks at all packets and chooses by itself.
     fn chooses_itself(&self) -> bool {

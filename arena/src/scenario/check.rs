@@ -32,6 +32,9 @@ const WIDTH_MIN_M: f64 = 1e-6;
 /// Highest offset, peak or false reading: sums and gradients of them stay finite.
 pub(super) const COUNTS_MAX: f64 = 1e12;
 
+/// Finest step of a converter, counts: far below any noise, and no quotient overflows.
+const COUNTS_MIN: f64 = 1e-9;
+
 /// The number of robots that `count` and `positions_m` agree on.
 pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
     let positions = robots.positions_m.as_ref().map(Vec::len);
@@ -257,6 +260,27 @@ fn light(scenario: &Scenario) -> Result<(), Problem> {
     ensure(!scenario.field.lamp.is_empty(), || {
         problem(&["light.sensor"], "light.sensor = \"ring\" needs lamps, and the field has none")
     })?;
+    for (index, lamp) in scenario.field.lamp.iter().enumerate() {
+        let (path, peak) = (format!("field.lamp.{index}.peak"), lamp.peak.get());
+        ensure(peak >= 0.0, || {
+            problem(&[&path], format!("{path} = {peak}: a diode sees no darkness; peaks are zero or more"))
+        })?;
+    }
+    let light = &scenario.light;
+    let bounded = [
+        ("height_m", light.height_m.map(|height| height.get()), WIDTH_MIN_M, SIDE_MAX_M),
+        ("gain_mismatch", light.gain_mismatch.map(|mismatch| mismatch.get()), 0.0, 1.0),
+        ("noise_counts", light.noise_counts.map(|noise| noise.get()), 0.0, COUNTS_MAX),
+        ("adc_max_counts", light.adc_max_counts.map(|max| max.get()), COUNTS_MIN, COUNTS_MAX),
+        ("adc_step_counts", light.adc_step_counts.map(|step| step.get()), COUNTS_MIN, COUNTS_MAX),
+    ];
+    for (key, value, least, most) in bounded {
+        ensure(value.is_none_or(|value| (least..=most).contains(&value)), || {
+            let value = value.unwrap_or_default();
+            let message = format!("light.{key} = {value:e} is beyond {least:e} to {most:e}");
+            problem(&[&format!("light.{key}")], message)
+        })?;
+    }
     ensure(scenario.controller.gradient == GradientSource::Fixed, || {
         problem(
             &["light.sensor", "controller.gradient"],
