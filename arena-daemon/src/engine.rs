@@ -135,7 +135,7 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
-        let strikes = self.arena.strikes();
+        let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
         if let Some(percepts) = self.arena.tick(&self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
@@ -163,7 +163,7 @@ impl Run<'_> {
     fn ending(&mut self, status: &Status) -> Option<Ending> {
         let convergence = &self.scenario.convergence;
         let close = status.alive > 0 && status.mean_error_m < convergence.tolerance_m.get();
-        if close && self.squad.has_estimates() {
+        if close && self.squad.has_estimates() && self.arena.everyone_has_a_cell(&self.answers) {
             self.converged_at_s.get_or_insert(status.time_s);
         }
         match self.converged_at_s {

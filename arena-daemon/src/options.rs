@@ -59,7 +59,7 @@ pub struct RunOptions {
     #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
     pub speed: Option<f64>,
 
-    /// Write summary.json, metrics.csv, robots.csv and scenario.toml to this new folder
+    /// Write summary.json, metrics.csv, robots.csv, ledger.csv and scenario.toml to this new folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 

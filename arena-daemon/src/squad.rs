@@ -32,6 +32,11 @@ pub trait Squad {
     /// has come. Robots that are left out stay so.
     fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError>;
 
+    /// Robots that are left out for good, though nobody planned it.
+    fn left_out(&self) -> Vec<u32> {
+        Vec::new()
+    }
+
     /// Gives each robot its percept and puts what they answer into `answers`.
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
 

@@ -95,9 +95,10 @@ impl Arena {
     }
 
     /// What the fault plan does to agents just before the next tick; to be asked once before each.
-    pub fn strikes(&mut self) -> Vec<Strike> {
+    /// Robots that are `left_out` for good, which nobody planned, can no longer be struck.
+    pub fn strikes(&mut self, left_out: &[u32]) -> Vec<Strike> {
         let tick = self.next_tick();
-        self.plan.strikes(tick, self.world.poses())
+        self.plan.strikes(tick, self.world.poses(), left_out)
     }
 
     /// One step of virtual time: bodies move as commanded, packets fly, and where a neighbor cycle
@@ -133,6 +134,14 @@ impl Arena {
     /// What faults can be felt in by now.
     pub fn disturbance(&self, answers: &[Option<Command>]) -> Disturbance {
         self.observer().disturbance(self.world.poses(), answers)
+    }
+
+    /// Whether every robot that answered knows of a wall or of another robot. One that knows of nothing
+    /// has no cell, stays where it is and counts with ê = 0: that is no convergence.
+    pub fn everyone_has_a_cell(&self, answers: &[Option<Command>]) -> bool {
+        let walls = self.scenario.arena.boundary_sensing;
+        let knows = |robot: usize| walls || self.hearing.known_to(robot).next().is_some();
+        answers.iter().enumerate().all(|(robot, answer)| answer.is_none() || knows(robot))
     }
 
     /// The tick whose percepts stand; 0 before the first.
@@ -346,8 +355,9 @@ impl Arena {
         if self.scenario.controller.law == Law::Exact {
             percept.field = seen;
         }
-        if let Some(command) = &self.commands[robot] {
-            self.hearing.record(command.packet.sender, percept);
+        // Who has just been resumed gets a percept before it has answered one.
+        if let Some(life) = self.lives[robot].filter(|_| self.plan.is_up(robot as u32)) {
+            self.hearing.record(life, percept);
         }
     }
 

@@ -149,7 +149,12 @@ impl FaultPlan {
 
     /// Begins and ends what begins and ends with tick `tick`; what happens to agents just before
     /// it, in the order in which it happens.
-    pub fn strikes(&mut self, tick: Tick, poses: &[Pose]) -> Vec<Strike> {
+    ///
+    /// Robots that are `left_out` count as dead from here on.
+    pub fn strikes(&mut self, tick: Tick, poses: &[Pose], left_out: &[u32]) -> Vec<Strike> {
+        for &robot in left_out {
+            self.fates[robot as usize].presence = Presence::Down;
+        }
         let mut strikes = Vec::new();
         let scene = Scene { poses, lamps: &self.lamps };
         // What ends makes room for what begins, in whichever order they are planned.
@@ -168,6 +173,11 @@ impl FaultPlan {
             }
         }
         strikes
+    }
+
+    /// Whether the plan lets this robot's agent be.
+    pub fn is_up(&self, robot: u32) -> bool {
+        self.fates[robot as usize].presence == Presence::Up
     }
 
     /// A packet of robot `robot` as it goes out.

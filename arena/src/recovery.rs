@@ -168,6 +168,11 @@ mod tests {
     }
 
     #[test]
+    fn a_swarm_of_which_nobody_is_left_has_not_recovered() {
+        assert_eq!(fed(KILL, |tick| if tick >= 500 { f64::NAN } else { 1.0 }), [None]);
+    }
+
+    #[test]
     fn what_stays_up_is_not_recovered() {
         assert_eq!(fed(KILL, |tick| if tick >= 500 { 1.2 } else { 1.0 }), [None]);
     }

@@ -52,7 +52,7 @@ fn run(
     let mut arena = Arena::new(scenario).unwrap();
     let mut commands = everyone();
     for _ in 0..=ticks {
-        for Strike { robot, act } in arena.strikes() {
+        for Strike { robot, act } in arena.strikes(&[]) {
             commands[robot as usize] = match act {
                 Act::Kill | Act::Pause => None,
                 Act::Restart | Act::Resume => still(robot),
@@ -84,7 +84,7 @@ fn begun(faults: &str) -> FaultPlan {
     let scenario = scenario(faults);
     let poses = placement::start(&scenario).unwrap();
     let mut plan = FaultPlan::new(&scenario);
-    plan.strikes(0, &poses);
+    plan.strikes(0, &poses, &[]);
     plan
 }
 
@@ -314,7 +314,7 @@ mod agents {
         let mut plan = FaultPlan::new(&scenario);
         ticks
             .into_iter()
-            .flat_map(|tick| plan.strikes(tick, &poses).into_iter().map(move |strike| (tick, strike)))
+            .flat_map(|tick| plan.strikes(tick, &poses, &[]).into_iter().map(move |strike| (tick, strike)))
             .collect()
     }
 
@@ -390,7 +390,7 @@ mod agents {
         let mut arena = Arena::new(&scenario(faults)).unwrap();
         let mut moved = [0, 0];
         for tick in 0..40_u64 {
-            arena.strikes();
+            arena.strikes(&[]);
             let mut commands = everyone();
             if tick > 20 {
                 // Up, so that nobody is in the way.
@@ -433,7 +433,7 @@ mod bodies {
         let mut arena = Arena::new(&scenario(faults)).unwrap();
         let mut readings = Vec::new();
         for _ in 0..12 {
-            arena.strikes();
+            arena.strikes(&[]);
             let mut commands = everyone();
             commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
             readings.push(arena.tick(&commands).unwrap()[0].light);
@@ -458,7 +458,7 @@ mod bodies {
         let mut commands = everyone();
         commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
         for _ in 0..=10 {
-            arena.strikes();
+            arena.strikes(&[]);
             arena.tick(&commands);
         }
         assert_eq!(arena.poses()[0].position, ArenaPoint::new(0.1, 0.5));

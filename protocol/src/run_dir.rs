@@ -6,6 +6,7 @@
 //! scenario.toml   the scenario as resolved
 //! setup.bin   what every agent is told at its start (`codec`)
 //! doorbell    the page of `doorbell`
+//! over-ROBOT-LIFE   this life is over; for agents that were started by hand
 //! iox2/       iceoryx2's service and node files
 //! ```
 //!
@@ -26,6 +27,8 @@ use std::{
     time::Duration,
     vec::Vec,
 };
+
+use crate::robot_id::RobotId;
 
 /// POSIX shared memory lives here on Linux; a tmpfs.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -243,6 +246,21 @@ impl RunDir {
     /// The doorbell page.
     pub fn doorbell_path(&self) -> PathBuf {
         self.path().join("doorbell")
+    }
+
+    /// The arena says that a life is over that nobody ends: its agent may be asleep until the next
+    /// round, which may wait for its successor.
+    pub fn end_life(&self, id: RobotId) -> io::Result<()> {
+        File::create(self.over_path(id)).map(drop)
+    }
+
+    /// An agent asks whether its life is over.
+    pub fn life_is_over(&self, id: RobotId) -> bool {
+        self.over_path(id).exists()
+    }
+
+    fn over_path(&self, id: RobotId) -> PathBuf {
+        self.path().join(std::format!("over-{}-{}", id.index, id.incarnation))
     }
 
     /// iceoryx2's root.

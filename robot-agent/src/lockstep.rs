@@ -40,6 +40,9 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &Arena
                     return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
                 }
             }
+            Ring::Silence if run.life_is_over(agent.id) => {
+                return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
+            }
             // The arena may be waiting for somebody else.
             Ring::Silence if arena.is_alive() => {}
             Ring::Silence => {

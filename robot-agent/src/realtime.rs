@@ -56,6 +56,9 @@ pub(crate) fn run(
         }
         if now - asked.max(answered) > ALIVE_POLL {
             asked = now;
+            if run.life_is_over(agent.id) {
+                return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
+            }
             if !arena.is_alive() {
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }

@@ -220,6 +220,24 @@ fn a_fault_that_never_fires_is_a_warning_with_its_line_and_under_strict_faults_a
 }
 
 #[test]
+fn a_swarm_that_hears_nobody_has_not_converged() {
+    for fault in [
+        "{ kind = \"loss\", probability = 1.0, from_s = 20, until_s = 25 }",
+        "{ kind = \"delay\", delay_s = 0.5 }",
+        "{ kind = \"pause\", from_s = 10, until_s = 12 }",
+        "{ kind = \"kill\", at_s = 10, robots = \"0-48\" }",
+    ] {
+        let plan = format!("fault=[{fault}]");
+        let options =
+            ["--engine", "in-process", "--duration", "30", "--json", "--set", "convergence.stop=true"];
+        let output = run(&[&options[..], &["--set", &plan]].concat());
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(summary["converged_at_s"].is_null(), "{fault}: {}", summary["converged_at_s"]);
+        assert_eq!(summary["ended"], "finished");
+    }
+}
+
+#[test]
 fn a_crowd_is_shown_beside_its_closed_form_if_the_scenario_asks_for_it() {
     let args = ["run", "--engine", "in-process", "--quiet", "--duration", "60"];
     let output = lamplight(args).arg(scenario("collisions")).output().unwrap();

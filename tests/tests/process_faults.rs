@@ -230,11 +230,12 @@ fn a_planned_restart_of_a_robot_driven_by_hand_waits_for_its_next_life() {
     let run = faulty.start(&["--by-hand", "7", "--duration", "10"]);
     run.wait_until_open();
     let mut first = run.agent(7);
+    // Virtual time stands until somebody starts the next life; the last one must not wait for it.
+    assert_eq!(first.wait().unwrap().code(), Some(1), "it is told that the run goes on without it");
     let mut second = run.agent_reborn(7, 1);
     let (output, left) = run.finish();
     assert!(output.status.success(), "{}", said(&output));
     assert!(second.wait().unwrap().success());
-    first.wait().unwrap();
     let told = String::from_utf8_lossy(&output.stderr).contains("--robot 7 --incarnation 1");
     assert!(told, "{}", said(&output));
     let left = left.unwrap();
@@ -268,4 +269,22 @@ fn paused_agents_do_not_outlive_a_killed_supervisor() {
 fn all_stopped(run: &LiveRun, count: usize) -> bool {
     let is_stopped = |pid: &Pid| state(*pid) == Some('T');
     run.agents().into_values().filter(is_stopped).count() == count
+}
+
+#[test]
+fn who_was_lost_by_hand_before_is_not_counted_as_struck() {
+    let plan = [pause("0-3", 40.0, 50.0), kill("0-3", 60.0, Some(70.0))].concat();
+    let faulty = Faulty::new("swarmbots", &plan);
+    let run = faulty.start(&["--speed", "40", "--duration", "80"]);
+    run.wait_until_moving();
+    signal(run.agents()[&2], Signal::KILL);
+    let (output, left) = run.finish();
+    assert!(output.status.success(), "{}", said(&output));
+    let left = left.unwrap();
+    assert_eq!(left.summary["robots_alive"], 49);
+    for (fault, robots) in
+        [(0, "robots paused"), (0, "robots resumed"), (1, "robots killed"), (1, "robots restarted")]
+    {
+        assert_eq!(left.summary["faults"][fault]["effects"][robots], 3, "{robots}");
+    }
 }

@@ -123,6 +123,10 @@ impl Squad for Lockstep {
         self.await_joining(reborn, tick, answers)
     }
 
+    fn left_out(&self) -> Vec<u32> {
+        self.members.left_out()
+    }
+
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         answers.fill(None);

@@ -346,6 +346,11 @@ impl Members {
         joined.then_some(member.id)
     }
 
+    pub(super) fn left_out(&self) -> Vec<u32> {
+        let out = (0..).zip(&self.members).filter(|(_, member)| member.presence == Presence::Out);
+        out.map(|(index, _)| index).collect()
+    }
+
     pub(super) fn standings(&self) -> Vec<Standing> {
         let standing = |member: &Member| Standing {
             id: member.id,
@@ -393,8 +398,13 @@ impl Members {
         let Some(ports) = member.ports.take() else { return };
         self.hosting.link.tell(&Event::End(id));
         match by_hand {
-            // Nobody ends its process for us: it leaves by itself once nobody listens, or is dead already.
-            true => bury(&self.hosting.run, vec![ports]),
+            // Nobody ends its process for us: it leaves when it sees that its life is over, or is dead already.
+            true => {
+                if let Err(error) = self.hosting.run.end_life(id) {
+                    tracing::warn!("{id} cannot be told that it is left out: {error}");
+                }
+                bury(&self.hosting.run, vec![ports]);
+            }
             false => self.remains.push(Remains { id, process, since: Instant::now(), ports }),
         }
     }

@@ -110,6 +110,10 @@ impl Squad for Realtime {
         Ok(())
     }
 
+    fn left_out(&self) -> Vec<u32> {
+        self.members.left_out()
+    }
+
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         self.forgive_own_absence();

@@ -139,7 +139,10 @@ impl Entry<'_> {
     /// Do the keys of choice agree?
     fn choice(&self) -> Result<(), Problem> {
         let fault = self.fault;
-        if fault.links.is_some() {
+        if let Some(links) = &fault.links {
+            ensure(!links.is_empty(), || {
+                self.problem(&["links"], "`links` is empty: no packet is struck".into())
+            })?;
             let given = given_keys(fault);
             let besides =
                 ["robots", "region", "share", "direction"].into_iter().find(|key| given.contains(*key));
