@@ -271,7 +271,12 @@ mod faults {
             "kind = \"loss\"\nprobability = 1\nlinks = []",
             expect![["plan.toml:17: `links` is empty: no packet is struck"]],
         );
-        check_fault("kind = \"pause\"\nrobots = [-1]", expect!["plan.toml:16: fault.0.robots.0: expected a whole number from 0 to 4294967295, found integer `-1`"]);
+        check_fault(
+            "kind = \"pause\"\nrobots = [-1]",
+            expect![
+                "plan.toml:16: fault.0.robots.0: expected a whole number from 0 to 4294967295, found integer `-1`"
+            ],
+        );
         check_fault(
             "kind = \"partition\"\ngroups = [\"0-2\", \"2-4\"]",
             expect![["plan.toml:16: robot 2 is in groups 0 and 1"]],

@@ -11,7 +11,7 @@ use crate::scenario::{Access, Capture, ChannelSpec};
 ///
 /// | access | share |
 /// |---|---|
-/// | `random` | qᵏ with packets that start in a window of w = 1 − D/T, see [`undisturbed_by_one`] |
+/// | `random` | qᵏ with packets that start in a window of w = 1 − D/T, see `undisturbed_by_one` |
 /// | `fixed-phase` | the same with w = J/T, over all phases; those of one run stay as they are |
 /// | `slotted` | (1 − 1/s)ᵏ with s slots |
 /// | `aligned` | (1 − 2ρ)ᵏ⁺¹ + 2/(k + 1)·[(1 − ρ)ᵏ⁺¹ − (1 − 2ρ)ᵏ⁺¹], ρ = τ/(T − D) |
