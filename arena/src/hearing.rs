@@ -58,6 +58,11 @@ impl Hearing {
         ages as f64 / count.max(1) as f64
     }
 
+    /// How often a table was full of nearer neighbors, in the present lives of all robots.
+    pub fn over_bound(&self) -> u64 {
+        self.tables.iter().map(|table| table.refused.full).sum()
+    }
+
     /// Connected components of the hearing graph of `robots` (ascending): two are joined if either
     /// knows of the other.
     pub fn components(&self, robots: &[usize]) -> usize {

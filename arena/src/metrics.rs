@@ -41,6 +41,8 @@ pub struct Metrics {
     pub hearing_components: usize,
     /// Mean age of an entry of the robots' neighbor tables, seconds.
     pub staleness_s: f64,
+    /// Neighbors that did not fit into a table, which keeps the nearest.
+    pub neighbors_over_bound: u64,
     /// Mean distance of robots alive to the middle of the lamps, if there are lamps.
     pub mean_lamp_distance_m: Option<f64>,
     /// Robots whose agent answered this tick.
@@ -105,6 +107,7 @@ impl Observer<'_> {
             cell_agreement: partition.agreement(known, self.size_m),
             hearing_components: self.hearing.components(&alive),
             staleness_s: self.hearing.staleness_ticks(&alive) * step_s,
+            neighbors_over_bound: self.hearing.over_bound(),
             mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
             robots_alive: alive.len() as u32,
             packets,
