@@ -288,26 +288,37 @@ impl Arena {
         }
     }
 
+    /// What the channel has let through meets the plan; most of the time there is nothing to meet.
     fn receive(&mut self, tick: Tick, reception: &Reception) {
-        let Reception { sender, receiver, number, .. } = *reception;
-        let poses = self.world.poses();
-        let (from, to) = (poses[sender as usize], poses[receiver as usize]);
-        let Passage { arrivals, lost } = self.plan.passage(tick, reception, to.position);
+        if self.plan.is_idle() {
+            let delivery = self.measured(reception, reception.packet);
+            return self.put(reception.receiver, delivery);
+        }
+        let receiver_at = self.world.poses()[reception.receiver as usize].position;
+        let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at);
         // The channel has counted the packet as heard.
         self.packets.heard -= 1;
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
         self.packets.lost_fault += lost;
         for (packet, late) in arrivals {
-            let draws = || Draws::of(self.scenario.seed, Purpose::Measurement, number, sender, receiver);
-            let delivery = self.measurement.of(packet, &from, &to, draws);
+            let delivery = self.measured(reception, packet);
             if late == 0 {
                 self.packets.heard += 1;
-                self.put(receiver, delivery);
+                self.put(reception.receiver, delivery);
             } else {
                 self.packets.delayed += 1;
-                self.delayed.entry(tick.saturating_add(late)).or_default().push((receiver, delivery));
+                let due = self.delayed.entry(tick.saturating_add(late)).or_default();
+                due.push((reception.receiver, delivery));
             }
         }
+    }
+
+    /// The reception as its receiver measures it, saying `packet` by now.
+    fn measured(&self, reception: &Reception, packet: Packet) -> Delivery {
+        let Reception { sender, receiver, number, .. } = *reception;
+        let (poses, seed) = (self.world.poses(), self.scenario.seed);
+        let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
+        self.measurement.of(packet, &poses[sender as usize], &poses[receiver as usize], draws)
     }
 
     fn put(&mut self, receiver: u32, delivery: Delivery) {

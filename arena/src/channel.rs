@@ -153,5 +153,5 @@ fn instant(
             heard[receiver as usize].push(Reception { sender, receiver, number: cycle, packet });
         }
     }
-    heard.into_iter().flatten().collect()
+    heard.concat()
 }

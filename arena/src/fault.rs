@@ -180,6 +180,11 @@ impl FaultPlan {
         self.fates[robot as usize].presence == Presence::Up
     }
 
+    /// Whether no fault is at work just now.
+    pub fn is_idle(&self) -> bool {
+        self.faults.iter().all(|fault| fault.state != State::Active)
+    }
+
     /// A packet of robot `robot` as it goes out.
     pub fn transmitted(&mut self, tick: Tick, robot: u32, packet: Packet) -> Packet {
         let mut packet = packet;

@@ -72,7 +72,14 @@ impl NeighborTable {
             self.refused.own += 1;
             return;
         }
-        match self.neighbors.binary_search_by_key(&id.index, |known| known.id().index) {
+        let place = match self.neighbors.last() {
+            Some(last) if id.index <= last.id().index => {
+                self.neighbors.binary_search_by_key(&id.index, |known| known.id().index)
+            }
+            // Deliveries come sorted by sender, so in a fresh table all news goes to the end.
+            _ => Err(self.neighbors.len()),
+        };
+        match place {
             Ok(at) if supersedes(&news, &self.neighbors[at]) => self.neighbors[at] = news,
             Ok(_) => self.refused.outdated += 1,
             Err(at) => self.insert(at, news),
