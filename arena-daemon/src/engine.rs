@@ -41,14 +41,14 @@ pub fn content(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs `scenario` to its end under the eyes of `observer`, and writes what it leaves.
+/// Runs `scenario`, whose start `arena` is, to its end under the eyes of `observer`, and writes what it leaves.
 ///
 /// # Errors
 /// Only if outputs cannot be written. A squad that fails or an observer that objects ends the run, and the
 /// summary says so.
 pub fn run(
     scenario: &Scenario,
-    arena: Arena,
+    arena: &mut Arena,
     squad: &mut dyn Squad,
     plan: Plan,
     outputs: Outputs,
@@ -88,13 +88,13 @@ pub fn run(
         Err(Interruption::Outputs(error)) => return Err(error),
     };
     let summary = run.summary(plan, ended, failure, start_up, wall);
-    run.outputs.finish(&summary, &run.arena, &run.squad.standings(), &run.answers)?;
+    run.outputs.finish(&summary, run.arena, &run.squad.standings(), &run.answers)?;
     Ok(summary)
 }
 
 struct Run<'a> {
     scenario: &'a Scenario,
-    arena: Arena,
+    arena: &'a mut Arena,
     squad: &'a mut dyn Squad,
     answers: Answers,
     outputs: Outputs,
@@ -117,13 +117,10 @@ impl Run<'_> {
         let mut progress = Progress::begin(self.scenario.ticks(), plan.quiet);
         while !self.stop.is_raised() {
             self.tick().map_err(Interruption::Squad)?;
-            observer(&self.arena, &self.answers).map_err(Interruption::Observer)?;
+            observer(self.arena, &self.answers).map_err(Interruption::Observer)?;
             let status = self.status();
             let ending = self.ending(&status);
-            if status.tick.is_multiple_of(self.scenario.sample_every_ticks()) || ending.is_some() {
-                let metrics = self.arena.metrics(&self.answers);
-                self.outputs.sample(&status, &metrics).map_err(Interruption::Outputs)?;
-            }
+            self.record(&status, ending.is_some()).map_err(Interruption::Outputs)?;
             if let Some(ending) = ending {
                 return Ok(ending);
             }
@@ -131,6 +128,17 @@ impl Run<'_> {
             pace.wait(self.scenario.step_s.get(), || self.stop.is_raised());
         }
         Ok(Ending::Interrupted)
+    }
+
+    fn record(&mut self, status: &Status, is_last: bool) -> anyhow::Result<()> {
+        let due = |every: u64| is_last || status.tick.is_multiple_of(every);
+        if self.outputs.are_kept() && due(self.scenario.sample_every_ticks()) {
+            self.outputs.sample(status, &self.arena.metrics(&self.answers))?;
+        }
+        if self.scenario.poses_every_ticks().is_some_and(due) {
+            self.outputs.poses(status, self.arena.poses(), &self.answers)?;
+        }
+        Ok(())
     }
 
     fn tick(&mut self) -> Result<(), SquadError> {

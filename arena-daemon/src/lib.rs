@@ -16,3 +16,4 @@ pub mod progress;
 pub mod squad;
 pub mod stop;
 pub mod summary;
+pub mod trial;

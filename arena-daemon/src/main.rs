@@ -73,7 +73,7 @@ fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> anyhow::Result<Summary> {
     let scenario = cli.run.load()?;
-    let arena = Arena::new(&scenario)?;
+    let mut arena = Arena::new(&scenario)?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
     let link = match cli.supervised {
@@ -96,7 +96,7 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
             Mode::Realtime => Box::new(Realtime::open(&scenario, hosting)?),
         };
         let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
-        engine::run(&scenario, arena, squad.as_mut(), plan, outputs, &stop, &mut engine::content)
+        engine::run(&scenario, &mut arena, squad.as_mut(), plan, outputs, &stop, &mut engine::content)
     })();
     drop(alive);
     drop(owner);

@@ -1,16 +1,17 @@
 //! What a run leaves on disk (`--out DIR`).
 //!
-//! `scenario.toml` comes first and marks the folder as used, `metrics.csv` grows with the run, and
-//! `robots.csv`, `ledger.csv` and `summary.json` are written at its end.
+//! `scenario.toml` comes first and marks the folder as used, `metrics.csv` (and `poses.csv`, where the
+//! scenario asks for it) grow with the run, and `robots.csv`, `ledger.csv` and `summary.json` are written at
+//! its end.
 
 use std::{
     fs::{self, File},
-    io::{self, Write},
+    io::Write,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, bail};
-use arena::{Arena, metrics::Metrics, scenario::Scenario};
+use arena::{Arena, frame::Pose, metrics::Metrics, scenario::Scenario};
 use protocol::command::Command;
 use serde::Serialize;
 
@@ -22,7 +23,22 @@ const MARKS: [&str; 2] = ["summary.json", "scenario.toml"];
 /// Where results go; or nowhere.
 #[derive(Debug)]
 pub struct Outputs {
-    folder: Option<(PathBuf, csv::Writer<File>)>,
+    kept: Option<Kept>,
+}
+
+/// A folder that grows with the run.
+#[derive(Debug)]
+struct Kept {
+    folder: PathBuf,
+    metrics: Rows,
+    poses: Option<Rows>,
+}
+
+/// A CSV file that is being written.
+#[derive(Debug)]
+struct Rows {
+    path: PathBuf,
+    rows: csv::Writer<File>,
 }
 
 const LEDGER_COLUMNS: [&str; 10] = [
@@ -52,6 +68,17 @@ struct RobotRow {
     pid: Option<u32>,
 }
 
+#[derive(Serialize)]
+struct PoseRow {
+    tick: u64,
+    time_s: f64,
+    robot: usize,
+    x_m: f64,
+    y_m: f64,
+    heading_rad: f64,
+    alive: bool,
+}
+
 /// Makes the folder, and refuses one that already holds a run, so that nothing is overwritten.
 pub fn prepare(folder: &Path) -> anyhow::Result<()> {
     let name = folder.display();
@@ -66,24 +93,48 @@ pub fn prepare(folder: &Path) -> anyhow::Result<()> {
 }
 
 impl Outputs {
-    /// Makes the folder and begins `metrics.csv`.
+    /// Makes the folder and begins the files that grow.
     pub fn begin(folder: Option<&Path>, scenario: &Scenario) -> anyhow::Result<Self> {
-        let Some(folder) = folder else { return Ok(Self { folder: None }) };
+        let Some(folder) = folder else { return Ok(Self { kept: None }) };
         prepare(folder)?;
-        let write = || -> io::Result<File> {
-            // Of two runs that begin at once, one finds the mark of the other here.
-            File::create_new(folder.join("scenario.toml"))?.write_all(scenario.to_toml().as_bytes())?;
-            File::create(folder.join("metrics.csv"))
-        };
-        let metrics = write().with_context(|| format!("cannot write to {}", folder.display()))?;
-        Ok(Self { folder: Some((folder.to_path_buf(), csv::Writer::from_writer(metrics))) })
+        // Of two runs that begin at once, one finds the mark of the other here.
+        File::create_new(folder.join("scenario.toml"))
+            .and_then(|mut file| file.write_all(scenario.to_toml().as_bytes()))
+            .with_context(|| format!("cannot write to {}", folder.display()))?;
+        let metrics = Rows::begin(folder.join("metrics.csv"))?;
+        let poses = scenario.output.poses_every_s.map(|_| Rows::begin(folder.join("poses.csv")));
+        Ok(Self { kept: Some(Kept { folder: folder.to_path_buf(), metrics, poses: poses.transpose()? }) })
+    }
+
+    /// Whether anything is kept at all: what nobody reads need not be measured.
+    pub fn are_kept(&self) -> bool {
+        self.kept.is_some()
     }
 
     /// One more row of `metrics.csv`.
     pub fn sample(&mut self, status: &Status, metrics: &Metrics) -> anyhow::Result<()> {
-        let Some((folder, rows)) = &mut self.folder else { return Ok(()) };
-        metrics_row(rows, &MetricsRow::new(status, metrics))
-            .with_context(|| format!("cannot write {}", folder.join("metrics.csv").display()))
+        let Some(kept) = &mut self.kept else { return Ok(()) };
+        kept.metrics.add([MetricsRow::new(status, metrics)])
+    }
+
+    /// One more row of `poses.csv` for every robot, if the scenario asks for it. Who has not answered is not
+    /// alive.
+    pub fn poses(
+        &mut self,
+        status: &Status,
+        poses: &[Pose],
+        answers: &[Option<Command>],
+    ) -> anyhow::Result<()> {
+        let Some(rows) = self.kept.as_mut().and_then(|kept| kept.poses.as_mut()) else { return Ok(()) };
+        rows.add(poses.iter().zip(answers).enumerate().map(|(robot, (pose, answer))| PoseRow {
+            tick: status.tick,
+            time_s: status.time_s,
+            robot,
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            heading_rad: pose.heading,
+            alive: answer.is_some(),
+        }))
     }
 
     /// `robots.csv`, `ledger.csv` and `summary.json`.
@@ -94,13 +145,10 @@ impl Outputs {
         standings: &[Standing],
         answers: &[Option<Command>],
     ) -> anyhow::Result<()> {
-        let Some((folder, rows)) = &mut self.folder else { return Ok(()) };
-        rows.flush().context("cannot finish metrics.csv")?;
-        let robots = folder.join("robots.csv");
-        let mut rows = csv::Writer::from_path(&robots).with_context(|| robots.display().to_string())?;
+        let Some(Kept { folder, .. }) = &self.kept else { return Ok(()) };
         let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard());
-        for (((standing, answer), pose), heard) in known {
-            rows.serialize(RobotRow {
+        Rows::begin(folder.join("robots.csv"))?.add(known.map(|(((standing, answer), pose), heard)| {
+            RobotRow {
                 robot: standing.id.index,
                 incarnation: standing.id.incarnation,
                 alive: standing.alive,
@@ -111,12 +159,27 @@ impl Outputs {
                 packets_heard: *heard,
                 commands_refused: standing.refused,
                 pid: standing.pid,
-            })?;
-        }
-        rows.flush().with_context(|| format!("cannot write {}", robots.display()))?;
+            }
+        }))?;
         ledger(&folder.join("ledger.csv"), summary)?;
         let path = folder.join("summary.json");
         fs::write(&path, summary.json()).with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+impl Rows {
+    fn begin(path: PathBuf) -> anyhow::Result<Self> {
+        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(Self { path, rows: csv::Writer::from_writer(file) })
+    }
+
+    /// Adds rows that belong together. A run that is killed leaves whole rows behind.
+    fn add<R: Serialize>(&mut self, rows: impl IntoIterator<Item = R>) -> anyhow::Result<()> {
+        let write = || -> csv::Result<()> {
+            rows.into_iter().try_for_each(|row| self.rows.serialize(row))?;
+            Ok(self.rows.flush()?)
+        };
+        write().with_context(|| format!("cannot write {}", self.path.display()))
     }
 }
 
@@ -149,13 +212,6 @@ fn ledger(path: &Path, summary: &Summary) -> anyhow::Result<()> {
     write().with_context(|| format!("cannot write {}", path.display()))
 }
 
-fn metrics_row(rows: &mut csv::Writer<File>, row: &MetricsRow) -> anyhow::Result<()> {
-    rows.serialize(row)?;
-    // A run that is killed leaves whole rows behind.
-    rows.flush()?;
-    Ok(())
-}
-
 /// `csv` writes no flattened structures, so the packet columns are spelled out.
 #[derive(Serialize)]
 struct MetricsRow {
@@ -169,6 +225,7 @@ struct MetricsRow {
     hearing_components: usize,
     staleness_s: f64,
     mean_lamp_distance_m: Option<f64>,
+    mean_peak_distance_m: Option<f64>,
     robots_alive: u32,
     packets_sent: u64,
     packets_heard: u64,
@@ -199,6 +256,7 @@ impl MetricsRow {
             hearing_components: metrics.hearing_components,
             staleness_s: metrics.staleness_s,
             mean_lamp_distance_m: metrics.mean_lamp_distance_m,
+            mean_peak_distance_m: metrics.mean_peak_distance_m,
             robots_alive: metrics.robots_alive,
             packets_sent: packets.sent,
             packets_heard: packets.heard,

@@ -9,12 +9,12 @@ use arena::{
 };
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::squad::Incident;
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ending {
     /// It ran for its duration.

@@ -63,6 +63,11 @@ impl Field {
         Light { value: sensory_field::value(seen, here), stimulus }
     }
 
+    /// Where Gaussians have their peaks.
+    pub fn peaks(&self) -> impl Iterator<Item = ArenaPoint> {
+        self.spec.gaussian.iter().map(|peak| ArenaPoint::from(peak.center_m.get()))
+    }
+
     /// Where lamps hang.
     pub fn lamps(&self) -> impl Iterator<Item = ArenaPoint> {
         self.spec.lamp.iter().map(|lamp| ArenaPoint::from(lamp.position_m.get()))

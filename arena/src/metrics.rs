@@ -1,5 +1,7 @@
 //! What an observer measures: errors, coverage cost, local against global cells.
 
+use std::{iter::Sum, ops::Div};
+
 use coverage::{
     moments::Moments,
     polygon::Polygon,
@@ -8,7 +10,7 @@ use coverage::{
 };
 use nalgebra::Vector2;
 use protocol::command::Command;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     field::Field,
@@ -23,7 +25,7 @@ use crate::{
 const SAME_CELL: f64 = 1e-9;
 
 /// The state of a swarm as an observer sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// Mean ‖ê‖ over the robots alive, meters, as they estimate it.
     pub mean_error_m: f64,
@@ -45,6 +47,8 @@ pub struct Metrics {
     pub neighbors_over_bound: u64,
     /// Mean distance of robots alive to the middle of the lamps, if there are lamps.
     pub mean_lamp_distance_m: Option<f64>,
+    /// Mean distance of robots alive to the nearest peak of a Gaussian, if there are Gaussians.
+    pub mean_peak_distance_m: Option<f64>,
     /// Robots whose agent answered this tick.
     pub robots_alive: u32,
     /// Packets since the start.
@@ -93,6 +97,7 @@ impl Observer<'_> {
         let alive: Vec<usize> = (0..answers.len()).filter(|&robot| answers[robot].is_some()).collect();
         let positions: Vec<ArenaPoint> = alive.iter().map(|&robot| poses[robot].position).collect();
         let lamps: Vec<ArenaPoint> = self.field.lamps().collect();
+        let peaks: Vec<ArenaPoint> = self.field.peaks().collect();
         let partition = Partition::new(positions.clone(), self.size_m);
         let (cost_h, mean_true_error_m) = partition.cost_and_true_error(self.field);
         // A liar may have named a robot that is not there.
@@ -109,6 +114,7 @@ impl Observer<'_> {
             staleness_s: self.hearing.staleness_ticks(&alive) * step_s,
             neighbors_over_bound: self.hearing.over_bound(),
             mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
+            mean_peak_distance_m: mean_peak_distance(&positions, &peaks),
             robots_alive: alive.len() as u32,
             packets,
         }
@@ -185,11 +191,20 @@ impl Partition {
 
 /// Mean distance of `positions` to the middle of `lamps`; `None` without lamps or robots.
 pub fn mean_lamp_distance(positions: &[ArenaPoint], lamps: &[ArenaPoint]) -> Option<f64> {
-    if lamps.is_empty() || positions.is_empty() {
-        return None;
-    }
-    let middle = lamps.iter().sum::<ArenaPoint>() / lamps.len() as f64;
-    Some(positions.iter().map(|position| (position - middle).norm()).sum::<f64>() / positions.len() as f64)
+    let middle = mean(lamps.iter().copied())?;
+    mean(positions.iter().map(|position| (position - middle).norm()))
+}
+
+/// Mean distance of `positions` to the nearest of `peaks` each; `None` without peaks or robots.
+pub fn mean_peak_distance(positions: &[ArenaPoint], peaks: &[ArenaPoint]) -> Option<f64> {
+    let nearest = |position: &ArenaPoint| peaks.iter().map(|peak| (position - peak).norm()).reduce(f64::min);
+    mean(positions.iter().map(nearest).collect::<Option<Vec<_>>>()?.into_iter())
+}
+
+/// Mean of some values; `None` of none.
+fn mean<T: Sum + Div<f64, Output = T>>(values: impl ExactSizeIterator<Item = T>) -> Option<T> {
+    let count = values.len();
+    (count > 0).then(|| values.sum::<T>() / count as f64)
 }
 
 fn area(cell: &Polygon) -> f64 {

@@ -162,6 +162,11 @@ impl Scenario {
         self.whole_steps(self.output.metrics_every_s)
     }
 
+    /// Ticks between two times in `poses.csv`, if the scenario asks for one: at least 1.
+    pub fn poses_every_ticks(&self) -> Option<u64> {
+        self.output.poses_every_s.map(|every_s| self.whole_steps(every_s))
+    }
+
     /// Number of robots in the run; parsing made sure there is one.
     pub fn robot_count(&self) -> u32 {
         self.robots.count.map_or(0, RobotCount::get)

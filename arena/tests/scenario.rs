@@ -306,6 +306,20 @@ mod overriding {
     }
 
     #[test]
+    fn a_star_sets_every_entry_of_an_array() {
+        let two = format!(
+            "{SMALLEST}[field]\ngaussian = [{{ center_m = [0, 0], sigma_m = 1 }}, {{ center_m = [1, 1], sigma_m = 2 }}]\n"
+        );
+        let scenario = parse(&two, &["field.gaussian.*.sigma_m=0.2"]).expect("a good override");
+        assert!(scenario.field.gaussian.iter().all(|peak| peak.sigma_m.get() == 0.2));
+        check_override(
+            &["field.gaussian.*.sigma_m=0.2"],
+            expect!["--set field.gaussian.*.sigma_m=0.2: expected an array, found a table"],
+        );
+        check_override(&["robots.*=1"], expect!["--set robots.*=1: unknown key `*` in [robots]"]);
+    }
+
+    #[test]
     fn a_path_that_leads_nowhere_says_so() {
         check_override(
             &["seed.first=1"],

@@ -25,7 +25,7 @@ pub(crate) struct Pace {
 /// Runs `scenario`, whose start `arena` is, to its end in this process.
 pub(crate) fn run(
     scenario: &Scenario,
-    arena: Arena,
+    arena: &mut Arena,
     Pace { speed, quiet }: Pace,
     outputs: Outputs,
     stop: &StopFlag,
@@ -45,8 +45,8 @@ pub(crate) fn run_quietly(
 ) -> anyhow::Result<Summary> {
     // Nothing that the run has touched is used afterwards.
     let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
-        let (arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
-        run(scenario, arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
+        let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
+        run(scenario, &mut arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
     }));
     outcome.unwrap_or_else(|_| bail!("the engine panicked; standard error has its message"))
 }

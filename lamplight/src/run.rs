@@ -138,14 +138,14 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
         let message = "--name and --by-hand are about processes; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
     }
-    let arena = Arena::new(scenario).map_err(Failure::usage)?;
+    let mut arena = Arena::new(scenario).map_err(Failure::usage)?;
     prepare_out(options)?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let pace = Pace { speed: options.speed, quiet: options.quiet };
     let summary =
-        in_process::run(scenario, arena, pace, outputs, &stop, &mut engine::content).map_err(Failure::Run)?;
+        in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content).map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 

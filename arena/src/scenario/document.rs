@@ -17,6 +17,9 @@ use super::overrides::Override;
 use super::problem::Problem;
 use super::tables::TABLES;
 
+/// In the path of an override: every entry of an array.
+const EVERY: &str = "*";
+
 type Span = Range<usize>;
 type Node<'a> = Spanned<DeValue<'a>>;
 
@@ -145,25 +148,39 @@ impl<'a> Source<'a> {
 
 /// Changes the tree as an override says, whose first byte counts as byte `start`.
 fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(), String> {
-    let value_start = start + entry.path().len() + "=".len();
-    let (parents, last) = match entry.path().rsplit_once('.') {
-        Some((parents, last)) => (Some(parents), last),
-        None => (None, entry.path()),
+    let value = match entry.value() {
+        "" => None,
+        text => Some(value_node(text, start + entry.path().len() + "=".len())),
     };
-    let mut node = root;
-    let mut key_start = start;
-    for key in parents.into_iter().flat_map(|path| path.split('.')) {
-        let span = key_start..key_start + key.len();
-        key_start = span.end + ".".len();
-        node = child_or_table(node, key, span)?;
-    }
-    match entry.value() {
-        "" => remove(node, last),
-        value => {
-            let slot = child_or_table(node, last, key_start..key_start + last.len())?;
-            *slot = value_node(value, value_start);
+    set(root, entry.path(), start, value.as_ref())
+}
+
+/// Sets what is at a path below `node`, or removes it. The path was written at byte `start`.
+fn set<'a>(
+    node: &mut Node<'a>,
+    path: &'a str,
+    start: usize,
+    value: Option<&Node<'a>>,
+) -> Result<(), String> {
+    let (key, below) = match path.split_once('.') {
+        Some((key, below)) => (key, Some(below)),
+        None => (path, None),
+    };
+    let span = start..start + key.len();
+    let change = |node: &mut Node<'a>| match (below, value) {
+        (Some(below), _) => set(node, below, span.end + ".".len(), value),
+        (None, Some(value)) => {
+            *node = value.clone();
             Ok(())
         }
+        (None, None) => Ok(()),
+    };
+    match node.get_mut() {
+        _ if below.is_none() && value.is_none() => remove(node, key),
+        DeValue::Array(entries) if key == EVERY && !entries.is_empty() => {
+            entries.iter_mut().try_for_each(change)
+        }
+        _ => change(child_or_table(node, key, span.clone())?),
     }
 }
 

@@ -189,6 +189,9 @@ pub enum OnHang {
 pub struct OutputSpec {
     /// Seconds of virtual time between two rows of `metrics.csv`.
     pub metrics_every_s: Positive,
+    /// Seconds of virtual time between two times at which `poses.csv` holds every robot's pose; without it
+    /// there is no `poses.csv`.
+    pub poses_every_s: Option<Positive>,
     /// Whether the run shows how packets fared by the number of robots that could disturb them, beside the
     /// closed form where one is known.
     pub crowding: bool,
@@ -235,7 +238,7 @@ impl Default for ProcessesSpec {
 
 impl Default for OutputSpec {
     fn default() -> Self {
-        Self { metrics_every_s: constant!(Positive, 1.0), crowding: false }
+        Self { metrics_every_s: constant!(Positive, 1.0), poses_every_s: None, crowding: false }
     }
 }
 
