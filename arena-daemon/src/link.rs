@@ -32,6 +32,17 @@ pub struct Link {
     lost: Option<Receiver<Lost>>,
 }
 
+/// Scenarios of further trials that the supervisor wants played, as they come.
+#[derive(Debug)]
+pub struct Trials(Receiver<String>);
+
+impl Trials {
+    /// Waits for the next one; `None` once there will be no more.
+    pub fn next(&self) -> Option<String> {
+        self.0.recv().ok()
+    }
+}
+
 impl Link {
     /// No supervisor: agents are started by hand.
     pub fn none() -> Self {
@@ -40,12 +51,20 @@ impl Link {
 
     /// A supervisor at the other end of standard input and output. Its order to stop, or its
     /// death, raises `stop`.
-    pub fn to_supervisor(stop: StopFlag) -> Self {
+    pub fn to_supervisor(stop: StopFlag) -> (Self, Trials) {
         let (sender, lost) = mpsc::channel();
+        let (scheduler, trials) = mpsc::channel();
         thread::spawn(move || {
+            let mut scheduler = Some(scheduler);
             for line in io::stdin().lock().lines().map_while(Result::ok) {
                 match serde_json::from_str(&line) {
-                    Ok(Order::Stop) => stop.raise(SIGTERM),
+                    Ok(Order::Trial(scenario)) => {
+                        scheduler.iter().for_each(|scheduler| drop(scheduler.send(scenario.clone())));
+                    }
+                    Ok(Order::Stop) => {
+                        scheduler = None;
+                        stop.raise(SIGTERM);
+                    }
                     Ok(Order::Lost { id, pid, how }) => drop(sender.send(Lost { id, pid, how })),
                     Err(error) => {
                         tracing::warn!("the supervisor's order `{line}` is not understood: {error}")
@@ -54,7 +73,7 @@ impl Link {
             }
             stop.raise(SIGTERM);
         });
-        Self { lost: Some(lost) }
+        (Self { lost: Some(lost) }, Trials(trials))
     }
 
     /// Whether somebody starts and ends agents for us.

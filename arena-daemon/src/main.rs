@@ -5,16 +5,17 @@
 use std::{collections::BTreeSet, process::ExitCode};
 
 use anyhow::Context;
-use arena::Arena;
+use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
     engine::{self, Plan},
-    link::{self, Link},
+    link::{self, Link, Trials},
     options::RunOptions,
     outputs::Outputs,
     progress,
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
     stop::StopFlag,
     summary::Summary,
+    trial,
 };
 use clap::Parser;
 use protocol::{
@@ -44,6 +45,10 @@ struct Cli {
     /// Take orders from standard input and report events on standard output
     #[arg(long, hide = true)]
     supervised: bool,
+
+    /// Play trial after trial, as the supervisor orders
+    #[arg(long, hide = true, requires = "supervised")]
+    trials: bool,
 }
 
 fn main() -> ExitCode {
@@ -51,14 +56,15 @@ fn main() -> ExitCode {
     progress::init_log(cli.run.quiet);
     let outcome = run(&cli);
     let failure = match &outcome {
-        Ok(summary) => summary.failure.clone(),
+        Ok(Over::Run(summary)) => summary.failure.clone(),
+        Ok(Over::Trials) => None,
         Err(error) => Some(format!("{error:#}")),
     };
     match (cli.supervised, outcome) {
-        (true, Ok(summary)) => link::tell(&Event::Summary(summary.json())),
+        (true, Ok(Over::Run(summary))) => link::tell(&Event::Summary(summary.json())),
         (true, Err(error)) => link::tell(&Event::Failed(format!("{error:#}"))),
-        (false, Ok(summary)) => print!("{}", summary.json()),
-        (false, Err(_)) => {}
+        (false, Ok(Over::Run(summary))) => print!("{}", summary.json()),
+        (_, Ok(Over::Trials)) | (false, Err(_)) => {}
     }
     match failure {
         // A supervisor says it in its own words.
@@ -71,14 +77,23 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(cli: &Cli) -> anyhow::Result<Summary> {
+/// What is over when this process ends.
+enum Over {
+    Run(Box<Summary>),
+    /// The records of all trials have been told.
+    Trials,
+}
+
+fn run(cli: &Cli) -> anyhow::Result<Over> {
     let scenario = cli.run.load()?;
-    let mut arena = Arena::new(&scenario)?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
-    let link = match cli.supervised {
-        true => Link::to_supervisor(stop.clone()),
-        false => Link::none(),
+    let (link, trials) = match cli.supervised {
+        true => {
+            let (link, trials) = Link::to_supervisor(stop.clone());
+            (link, cli.trials.then_some(trials))
+        }
+        false => (Link::none(), None),
     };
     let (run, owner) = match cli.supervised {
         // The supervisor has made the run and will remove it.
@@ -86,22 +101,43 @@ fn run(cli: &Cli) -> anyhow::Result<Summary> {
         false => RunDir::create(cli.name.clone()).map(|(run, owner)| (run, Some(owner)))?,
     };
     let alive = run.go_live()?;
-    let outputs = Outputs::begin(cli.run.out.as_deref(), &scenario)?;
     let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
     let hosting = Hosting { run: run.clone(), link, by_hand };
-    let mode = cli.run.mode();
-    let summary = (|| {
-        let mut squad: Box<dyn Squad> = match mode {
-            Mode::Lockstep => Box::new(Lockstep::open(&scenario, hosting, stop.clone())?),
-            Mode::Realtime => Box::new(Realtime::open(&scenario, hosting)?),
-        };
-        let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
-        engine::run(&scenario, &mut arena, squad.as_mut(), plan, outputs, &stop, &mut engine::content)
-    })();
+    let over = match trials {
+        Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
+        None => one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary))),
+    };
     drop(alive);
     drop(owner);
     // Does nothing while the supervisor owns the run. Agents that are still leaving keep what they
     // have mapped; the names are no longer needed.
     run.remove_if_dead().context("cannot clean up after the run")?;
-    summary
+    over
+}
+
+fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<Summary> {
+    let mut arena = Arena::new(scenario)?;
+    let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
+    let mode = cli.run.mode();
+    let mut squad: Box<dyn Squad> = match mode {
+        Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
+        Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
+    };
+    let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
+    engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, &mut engine::content)
+}
+
+/// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
+/// there are no more, or the squad can no longer be used.
+fn play(scenario: Scenario, trials: &Trials, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<()> {
+    let mut squad = Lockstep::open(&scenario, hosting, stop.clone())?;
+    let mut next = Some(scenario);
+    while let Some(scenario) = next {
+        let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
+        link::tell(&Event::Summary(serde_json::to_string(&record).context("a record is plain data")?));
+        let text = if record.squad_is_whole { trials.next() } else { None };
+        next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
+    }
+    squad.dismiss();
+    Ok(())
 }

@@ -151,7 +151,10 @@ impl Watch {
         }
         // The mean is never above the largest, so its first time tells whether there is anything to note.
         let news = |first: &FirstBelow, error_m: f64| {
-            first.iter().zip(TOLERANCES_M).any(|(first, tolerance_m)| first.is_none() && error_m < tolerance_m)
+            first
+                .iter()
+                .zip(TOLERANCES_M)
+                .any(|(first, tolerance_m)| first.is_none() && error_m < tolerance_m)
         };
         if (news(&self.mean_below_s, mean_m) || news(&self.max_below_s, max_m))
             && answers.iter().any(Option::is_some)
@@ -190,8 +193,7 @@ mod tests {
     fn record(overrides: &[&str]) -> Record {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<_> = overrides.iter().map(|entry| entry.parse().unwrap()).collect();
-        let scenario =
-            Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &overrides).unwrap();
+        let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &overrides).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
         let mut squad = InProcess::new(scenario.robot_count(), setup);
         play(&scenario, &mut squad, "in-process", &StopFlag::default()).unwrap()

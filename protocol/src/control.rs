@@ -21,7 +21,7 @@ pub enum Event {
     Stop(RobotId),
     /// The pause is over: let its process go on, if it is yours.
     Continue(RobotId),
-    /// The run is over; this is its `summary.json`.
+    /// The run is over; this is its `summary.json`. Or, in a batch, a trial is; this is its record.
     Summary(String),
     /// There is no summary, for this reason.
     Failed(String),
@@ -31,6 +31,8 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
+    /// Play another trial by the same agents: the scenario, resolved.
+    Trial(String),
     /// End the run at the next tick and write what there is.
     Stop,
     /// An agent's process has ended.

@@ -20,7 +20,8 @@ use crate::{
     units::{Meters, NotFinite, Radians},
 };
 
-/// The tick number of a command that was given before the first percept.
+/// The tick number of a command that was given before the first percept; of a percept, that the agent is to
+/// forget everything and boot again: another trial begins.
 pub const BOOT_TICK: Tick = Tick::MAX;
 
 /// Largest component of a goal (m) or velocity (m/s) that is carried out. An honest robot stays far

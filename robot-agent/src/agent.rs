@@ -1,13 +1,24 @@
 //! A controller with its ports: percepts in, commands out.
 
+use std::fs;
+
+use anyhow::Context;
 use coverage::Controller;
 use protocol::{
+    codec,
     percept::Percept,
     raw::{BOOT_TICK, PerceptError, RawCommand},
     robot_id::RobotId,
+    run_dir::RunDir,
     services::{AgentPorts, ServiceError},
-    setup::ControllerSetup,
+    setup::{AgentSetup, ControllerSetup},
 };
+
+/// What the agents of a run are told.
+pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
+    let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
+    Ok(codec::decode(&setup)?)
+}
 
 /// One robot's mind and its line to the world.
 #[derive(Debug)]
@@ -30,10 +41,16 @@ impl Agent {
         self.ports.send(RawCommand::new(BOOT_TICK, &self.controller.boot(), self.pid))
     }
 
-    /// Answers the newest percept that waits. Returns whether there was one.
-    pub(crate) fn answer(&mut self) -> Result<bool, ServiceError> {
+    /// Answers the newest percept that waits. Returns whether there was one. Asked to boot, it begins anew
+    /// with what the agents of the run are told by now.
+    pub(crate) fn answer(&mut self, run: &RunDir) -> anyhow::Result<bool> {
         if !self.receive()? {
             return Ok(false);
+        }
+        if self.percept.tick == BOOT_TICK {
+            self.controller = Controller::new(self.id, setup_of(run)?.controller);
+            self.announce()?;
+            return Ok(true);
         }
         let command = self.controller.step(&self.percept);
         self.ports.send(RawCommand::new(self.percept.tick, &command, self.pid))?;

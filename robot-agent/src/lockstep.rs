@@ -33,7 +33,7 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &Arena
             Ring::Closed => return Ok(()),
             Ring::Round(round) => {
                 seen = round;
-                if agent.answer()? {
+                if agent.answer(run)? {
                     bell.answer();
                     passed_by_since = None;
                 } else if passed_by_since.get_or_insert_with(Instant::now).elapsed() > LEFT_OUT {

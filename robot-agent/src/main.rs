@@ -7,7 +7,6 @@ mod lockstep;
 mod realtime;
 
 use std::{
-    fs,
     io::{self, IsTerminal, Write},
     process::ExitCode,
     thread,
@@ -17,12 +16,11 @@ use std::{
 use anyhow::{Context, bail};
 use clap::Parser;
 use protocol::{
-    codec,
     doorbell::Doorbell,
     robot_id::RobotId,
     run_dir::{ArenaWatch, RunDir, RunDirError, RunName},
     services::{Medium, ServiceError},
-    setup::{AgentSetup, Mode},
+    setup::Mode,
 };
 use tracing_subscriber::EnvFilter;
 
@@ -104,8 +102,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
-    let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
-    let setup: AgentSetup = codec::decode(&setup)?;
+    let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Medium::enter(&run)?.join(id).map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, setup.controller, ports);

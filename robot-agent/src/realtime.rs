@@ -48,7 +48,7 @@ pub(crate) fn run(
         if now >= deadline {
             // A missed deadline is not made up for: there is one newest percept, and one answer to it.
             deadline = (deadline + period).max(now);
-            if agent.answer()? {
+            if agent.answer(run)? {
                 (answered, begun) = (now, true);
             } else if begun && now - answered > LEFT_OUT.max(period * 10) {
                 return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());

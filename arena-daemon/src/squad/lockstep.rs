@@ -30,12 +30,27 @@ const EARLY_RING: Duration = Duration::from_millis(1);
 pub struct Lockstep {
     members: Members,
     stop: StopFlag,
+    /// Whether everybody has been there once.
+    mustered: bool,
+}
+
+/// A squad on loan for one trial: see [`Lockstep::trial`].
+#[derive(Debug)]
+pub struct Trial<'a> {
+    squad: &'a mut Lockstep,
+    scenario: &'a Scenario,
 }
 
 impl Lockstep {
     /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
     pub fn open(scenario: &Scenario, hosting: Hosting, stop: StopFlag) -> Result<Self, SquadError> {
-        Ok(Self { members: Members::open(scenario, Mode::Lockstep, hosting)?, stop })
+        Ok(Self { members: Members::open(scenario, Mode::Lockstep, hosting)?, stop, mustered: false })
+    }
+
+    /// Plays one trial of `scenario` after another by the same agents: once it has been mustered, the squad
+    /// is not dismissed but begins anew. Between two trials it must be whole, and have as many robots.
+    pub fn trial<'a>(&'a mut self, scenario: &'a Scenario) -> Trial<'a> {
+        Trial { squad: self, scenario }
     }
 
     fn await_joining(
@@ -105,6 +120,7 @@ impl Lockstep {
 
 impl Squad for Lockstep {
     fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        self.mustered = true;
         self.members.muster(stop)
     }
 
@@ -147,5 +163,37 @@ impl Squad for Lockstep {
 
     fn incidents(&self) -> &[Incident] {
         self.members.incidents()
+    }
+}
+
+impl Squad for Trial<'_> {
+    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        match self.squad.mustered {
+            true => self.squad.members.muster_again(self.scenario, Mode::Lockstep, stop),
+            false => self.squad.muster(stop),
+        }
+    }
+
+    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
+        self.squad.strike(tick, strikes, answers)
+    }
+
+    fn left_out(&self) -> Vec<u32> {
+        self.squad.left_out()
+    }
+
+    fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
+        self.squad.exchange(percepts, answers)
+    }
+
+    /// The next trial needs them.
+    fn dismiss(&mut self) {}
+
+    fn standings(&self) -> Vec<Standing> {
+        self.squad.standings()
+    }
+
+    fn incidents(&self) -> &[Incident] {
+        self.squad.incidents()
     }
 }

@@ -120,8 +120,7 @@ impl Members {
         let failed = |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {error}"));
         let run = &hosting.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
-        fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
-            .map_err(|error| failed("the agents' setup", error))?;
+        tell_setup(run, scenario, mode)?;
         let medium = Medium::enter(run)?;
         let robots = scenario.robot_count();
         let members = (0..robots)
@@ -150,6 +149,26 @@ impl Members {
         self.hosting.link.tell(&Event::Ready);
         self.announce_by_hand();
         let everyone: Vec<usize> = (0..self.members.len()).collect();
+        self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
+        Ok(answers)
+    }
+
+    /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
+    /// say their first word again. Everybody must be there in their first life.
+    pub(super) fn muster_again(
+        &mut self,
+        scenario: &Scenario,
+        mode: Mode,
+        stop: &StopFlag,
+    ) -> Result<Answers, SquadError> {
+        tell_setup(&self.hosting.run, scenario, mode)?;
+        let everyone: Vec<usize> = (0..self.members.len()).collect();
+        let mut answers: Answers = vec![None; self.members.len()];
+        let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
+        self.send(&percepts)?;
+        self.members.iter_mut().for_each(|member| member.presence = Presence::expected());
+        self.doorbell.expect(self.members.len() as u32);
+        self.doorbell.ring();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
         Ok(answers)
     }
@@ -457,6 +476,12 @@ impl Members {
             );
         }
     }
+}
+
+/// Writes what every agent of the run is told.
+fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
+    fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
+        .map_err(|error| SquadError(format!("cannot make the agents' setup: {error}")))
 }
 
 impl Presence {

@@ -156,12 +156,7 @@ fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(
 }
 
 /// Sets what is at a path below `node`, or removes it. The path was written at byte `start`.
-fn set<'a>(
-    node: &mut Node<'a>,
-    path: &'a str,
-    start: usize,
-    value: Option<&Node<'a>>,
-) -> Result<(), String> {
+fn set<'a>(node: &mut Node<'a>, path: &'a str, start: usize, value: Option<&Node<'a>>) -> Result<(), String> {
     let (key, below) = match path.split_once('.') {
         Some((key, below)) => (key, Some(below)),
         None => (path, None),
