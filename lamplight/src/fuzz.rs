@@ -31,7 +31,7 @@ const DURATION_MAX_S: f64 = 20.0;
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
 /// Highest seed that a scenario file can hold: TOML's whole numbers have a sign.
-const SEED_MAX: u64 = i64::MAX as u64;
+pub(crate) const SEED_MAX: u64 = i64::MAX as u64;
 
 /// What each scenario is run by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

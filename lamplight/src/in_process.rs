@@ -1,4 +1,4 @@
-//! Runs by the in-process engine: one for `run`, many for `shrink` and `fuzz`.
+//! Runs by the in-process engine: one for `run`, many for `batch`, `shrink` and `fuzz`.
 
 use std::panic::{self, AssertUnwindSafe};
 
@@ -10,6 +10,7 @@ use arena_daemon::{
     squad::in_process::InProcess,
     stop::StopFlag,
     summary::Summary,
+    trial::{self, Record},
 };
 use protocol::setup::Mode;
 
@@ -43,10 +44,23 @@ pub(crate) fn run_quietly(
     stop: &StopFlag,
     observer: &mut Observer<'_>,
 ) -> anyhow::Result<Summary> {
-    // Nothing that the run has touched is used afterwards.
-    let outcome = panic::catch_unwind(AssertUnwindSafe(|| {
+    guarded(|| {
         let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
         run(scenario, &mut arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
-    }));
+    })
+}
+
+/// Plays one trial of a batch. A panic ends this trial alone.
+pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Record> {
+    guarded(|| {
+        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let mut squad = InProcess::new(scenario.robot_count(), setup);
+        trial::play(scenario, &mut squad, "in-process", stop)
+    })
+}
+
+/// Does some work that may panic, and uses nothing afterwards that it has touched.
+fn guarded<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+    let outcome = panic::catch_unwind(AssertUnwindSafe(work));
     outcome.unwrap_or_else(|_| bail!("the engine panicked; standard error has its message"))
 }

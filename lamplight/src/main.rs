@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod batch;
 mod check;
 mod clean;
 mod failure;
@@ -33,6 +34,14 @@ struct Cli {
 enum Command {
     /// Run a scenario: start its robots, let them move, and write what happened
     Run(run::RunArgs),
+    /// Run many trials of a scenario: seeds × robot counts × swept values
+    ///
+    /// Trial i (from 0) of each setting has the seed S + i, where S is the scenario's seed or --seed. A trial ends
+    /// after the scenario's duration_s, or at its convergence if convergence.stop is set. DIR gets trials.csv (a
+    /// row per trial), summary.json (statistics per setting) and scenario.toml. Interrupted or killed, the same
+    /// command goes on where it was, and the result is the same to the last byte. Exit status: 0 if every trial
+    /// was played, 1 if one failed, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    Batch(batch::BatchArgs),
     /// Shrink a scenario: find the few faults and robots that a failure needs
     ///
     /// Runs the scenario in this process with ever fewer faults and robots, as long as the failure shows, and
@@ -59,6 +68,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Batch(args) => batch::batch(&args),
         Command::Shrink(args) => shrink::shrink(&args),
         Command::Fuzz(args) => fuzz::fuzz(&args),
         Command::Check(args) => check::check(&args),

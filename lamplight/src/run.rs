@@ -22,6 +22,7 @@ use protocol::{
     run_dir::{RunDir, RunName},
     setup::Mode,
 };
+use serde::Serialize;
 use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
 
@@ -35,8 +36,9 @@ use crate::{
 };
 
 /// Who thinks for the robots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Engine {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Engine {
     /// A process per robot
     #[default]
     Processes,
@@ -162,18 +164,19 @@ fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
     };
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
-    let outcome = supervised(args, scenario, &run, watch);
+    let outcome = supervised(args, scenario, &run, &watch);
     let removed = run.remove_own(owner).map_err(Failure::run);
     outcome.and_then(|outcome| removed.map(|()| outcome))
 }
 
 /// Runs the processes of a run that is ours.
-fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: Watch) -> Result<Outcome, Failure> {
+fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
     prepare_out(&args.options)?;
     fs::write(run.scenario_path(), scenario.to_toml())
         .with_context(|| format!("cannot write {}", run.scenario_path().display()))
         .map_err(Failure::Run)?;
-    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch).map_err(Failure::Run)
+    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch, None)
+        .map_err(Failure::Run)
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.
@@ -187,7 +190,7 @@ fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
 }
 
 /// The scenario's name, as far as a run's name can hold it, and our process number.
-fn default_name(scenario: &Scenario) -> RunName {
+pub(crate) fn default_name(scenario: &Scenario) -> RunName {
     format!("{}-{}", name::plain(&scenario.name), process::id())
         .parse()
         .expect("40 clean characters and a number make a name")

@@ -66,23 +66,30 @@ impl Watch {
     }
 }
 
-/// Runs the processes of `run`, which is the caller's, to their end.
+/// Gets the record of a trial that the arena has played, and gives the next scenario for the same agents, or
+/// `None` if there is none.
+pub(crate) type NextTrial<'a> = Box<dyn FnMut(&str) -> anyhow::Result<Option<String>> + 'a>;
+
+/// Runs the processes of `run`, which is the caller's, to their end: one run, or as many trials as
+/// `next_trial` gives.
 pub(crate) fn run(
     options: &RunOptions,
     run: &RunDir,
     robots: u32,
     by_hand: &[u32],
-    watch: Watch,
+    watch: &Watch,
+    next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
     let Watch { sender, happenings } = watch;
-    let mut supervisor = Supervisor::start(options, run, robots, by_hand, sender)?;
-    let outcome = supervisor.watch(&happenings);
-    supervisor.clear_away(&happenings);
+    let mut supervisor = Supervisor::start(options, run, robots, by_hand, sender.clone(), next_trial)?;
+    let outcome = supervisor.watch(happenings);
+    supervisor.clear_away(happenings);
     outcome
 }
 
 struct Supervisor<'a> {
     run: &'a RunDir,
+    next_trial: Option<NextTrial<'a>>,
     agent_program: PathBuf,
     /// Agents to be started as soon as nothing else is to be done.
     to_start: VecDeque<RobotId>,
@@ -113,6 +120,7 @@ impl<'a> Supervisor<'a> {
         robots: u32,
         by_hand: &[u32],
         sender: Sender<Happening>,
+        next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
         let agent_program = beside_us("robot-agent")?;
         let mut command = Command::new(beside_us("arena-daemon")?);
@@ -120,6 +128,9 @@ impl<'a> Supervisor<'a> {
         if !by_hand.is_empty() {
             let list: Vec<String> = by_hand.iter().map(u32::to_string).collect();
             command.arg(format!("--by-hand={}", list.join(",")));
+        }
+        if next_trial.is_some() {
+            command.arg("--trials");
         }
         command.args(options.arguments(&run.scenario_path()));
         let mut arena = command
@@ -131,6 +142,7 @@ impl<'a> Supervisor<'a> {
         forward_events(arena.stdout.take().expect("standard output is piped"), sender);
         Ok(Self {
             run,
+            next_trial,
             agent_program,
             to_start: VecDeque::new(),
             robots: (0..robots).filter(|robot| !by_hand.contains(robot)).map(RobotId::first).collect(),
@@ -201,7 +213,13 @@ impl<'a> Supervisor<'a> {
                 self.send(id, Signal::STOP);
             }
             Event::Continue(id) => self.send(id, Signal::CONT),
-            Event::Summary(summary) => self.summary = Some(summary),
+            Event::Summary(summary) => {
+                if let Some(next_trial) = &mut self.next_trial {
+                    let next = next_trial(&summary)?;
+                    self.order(next.map_or(Order::Stop, Order::Trial));
+                }
+                self.summary = Some(summary);
+            }
             Event::Failed(why) => bail!("{why}"),
         }
         Ok(())

@@ -14,13 +14,16 @@ const SIMILAR: f64 = 0.75;
 impl Scenario {
     /// The scenario in a file, with overrides.
     pub fn load(path: &Path, overrides: &[Override]) -> Result<Self, ScenarioError> {
-        let name = path.display().to_string();
-        let text = read(path).map_err(|(message, hint)| ScenarioError {
-            place: Place::File(name.clone()),
+        Self::parse(&path.display().to_string(), &Self::text_of(path)?, overrides)
+    }
+
+    /// The text of a file, for several scenarios that differ by their overrides.
+    pub fn text_of(path: &Path) -> Result<String, ScenarioError> {
+        read(path).map_err(|(message, hint)| ScenarioError {
+            place: Place::File(path.display().to_string()),
             message,
             hint,
-        })?;
-        Self::parse(&name, &text, overrides)
+        })
     }
 }
 

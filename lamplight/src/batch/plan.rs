@@ -1,0 +1,326 @@
+//! What a batch is to do: trials × robots × sweeps, in their order.
+//!
+//! In:  the options. Out: a [`Plan`] whose every scenario has been checked, so that nothing stops it half-way.
+
+use std::path::Path;
+
+use anyhow::{Context, anyhow, bail, ensure};
+use arena::{
+    placement,
+    scenario::{Override, Scenario},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{BatchArgs, Keep, folder::COLUMNS};
+use crate::{fuzz::SEED_MAX, run::Engine};
+
+/// Version of the files of a batch.
+const FORMAT: u32 = 1;
+/// Most combinations of robot counts and swept values.
+const SETTINGS_MAX: usize = 10_000;
+
+/// A batch, worked out.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) identity: Identity,
+    /// The scenario without sweeps.
+    pub(crate) base: Scenario,
+    pub(crate) settings: Vec<Setting>,
+}
+
+/// What makes two batches the same, beside the scenario: `batch.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Identity {
+    format: u32,
+    pub(crate) scenario: String,
+    pub(crate) engine: String,
+    /// Trials of each setting.
+    pub(crate) trials: u64,
+    /// Seed of the first trial; the next ones count up.
+    seed: u64,
+    robots: Vec<u32>,
+    pub(crate) sweeps: Vec<Sweep>,
+    /// Whether the exact controller runs from the same starts.
+    pub(crate) exact: bool,
+    pub(crate) keep: Vec<Keep>,
+}
+
+/// A key of the scenario and the values it goes through, as they were written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Sweep {
+    pub(crate) key: String,
+    pub(crate) values: Vec<String>,
+}
+
+/// One combination of robot count and swept values.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    /// The swept values, in the order of the sweeps.
+    pub(crate) values: Vec<String>,
+    /// With the seed of the first trial.
+    pub(crate) scenario: Scenario,
+}
+
+/// One trial of a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Trial<'a> {
+    pub(crate) setting: usize,
+    pub(crate) trial: u64,
+    pub(crate) of: &'a Setting,
+    pub(crate) scenario: Scenario,
+}
+
+impl Plan {
+    /// Works out what `args` ask for.
+    pub(crate) fn new(args: &BatchArgs) -> anyhow::Result<Self> {
+        let sweeps: Vec<Sweep> =
+            args.sweeps.iter().map(|text| Sweep::parse(text)).collect::<anyhow::Result<_>>()?;
+        if let Some(twice) =
+            sweeps.iter().enumerate().find(|(i, s)| sweeps[..*i].iter().any(|t| t.key == s.key))
+        {
+            bail!("--sweep {0} is given twice; list all its values in one: --sweep {0}=a,b,c", twice.1.key);
+        }
+        let text = Scenario::text_of(&args.file)?;
+        let source = args.file.display().to_string();
+        let overrides = args.overrides()?;
+        let base = Scenario::parse(&source, &text, &overrides)?;
+        let counts: Vec<Option<i64>> = match args.robots.is_empty() {
+            true => vec![None],
+            false => args.robots.iter().copied().map(Some).collect(),
+        };
+        let combinations =
+            sweeps.iter().fold(counts.len(), |all, sweep| all.saturating_mul(sweep.values.len()));
+        ensure!(
+            combinations <= SETTINGS_MAX,
+            "{combinations} combinations of robots and sweeps are more than {SETTINGS_MAX}; sweep less at once"
+        );
+        let settings: Vec<Setting> = counts
+            .iter()
+            .flat_map(|&count| combinations_of(&sweeps).into_iter().map(move |values| (count, values)))
+            .map(|(count, values)| {
+                let swept = sweeps.iter().zip(&values).map(|(sweep, value)| sweep.set(value));
+                let robots =
+                    count.map(|count| spelled(&format!("robots.count={count}"), format!("--robots {count}")));
+                let all: Vec<Override> = overrides
+                    .iter()
+                    .cloned()
+                    .map(Ok)
+                    .chain(robots)
+                    .chain(swept)
+                    .collect::<anyhow::Result<_>>()?;
+                Setting::new(Scenario::parse(&source, &text, &all)?, values, args.trials)
+            })
+            .collect::<anyhow::Result<_>>()?;
+        let mut robots: Vec<u32> = settings.iter().map(|setting| setting.scenario.robot_count()).collect();
+        robots.dedup();
+        let engine = args.engine.name();
+        let identity = Identity {
+            format: FORMAT,
+            scenario: base.name.clone(),
+            engine: engine.into(),
+            trials: args.trials,
+            seed: base.seed,
+            robots,
+            sweeps,
+            exact: args.exact,
+            keep: args.kept(),
+        };
+        Ok(Self { identity, base, settings })
+    }
+
+    /// Number of trials in all.
+    pub(crate) fn len(&self) -> usize {
+        self.settings.len() * self.identity.trials as usize
+    }
+
+    /// Trial `index` of all, setting by setting.
+    pub(crate) fn trial(&self, index: usize) -> Trial<'_> {
+        let trials = self.identity.trials as usize;
+        let (setting, trial) = (index / trials, (index % trials) as u64);
+        let of = &self.settings[setting];
+        let mut scenario = of.scenario.clone();
+        scenario.seed += trial;
+        Trial { setting, trial, of, scenario }
+    }
+
+    /// How much work a trial may be, in robot-ticks.
+    pub(crate) fn weight(&self, index: usize) -> f64 {
+        let scenario = &self.settings[index / self.identity.trials as usize].scenario;
+        f64::from(scenario.robot_count()) * scenario.ticks() as f64
+    }
+}
+
+impl Engine {
+    /// As the command line spells it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Engine::Processes => "processes",
+            Engine::InProcess => "in-process",
+        }
+    }
+}
+
+impl Identity {
+    /// The first thing in which another batch differs.
+    pub(crate) fn difference(&self, other: &Self) -> Option<String> {
+        let both = [self, other].map(|identity| serde_json::to_value(identity).expect("plain data"));
+        let keys = both[0].as_object()?.keys();
+        let mut differing = keys.filter(|&key| both[0][key] != both[1][key]);
+        differing.next().map(|key| format!("`{key}` is {} there and {} here", both[0][key], both[1][key]))
+    }
+}
+
+impl Sweep {
+    fn parse(text: &str) -> anyhow::Result<Self> {
+        let (key, values) =
+            text.split_once('=').ok_or_else(|| anyhow!("--sweep {text}: expected key.path=a,b,c"))?;
+        let key = key.trim().to_owned();
+        let values: Vec<String> = split_values(values).into_iter().map(str::to_owned).collect();
+        ensure!(values.iter().all(|value| !value.is_empty()), "--sweep {text}: a value is missing");
+        match key.as_str() {
+            "seed" => bail!("--sweep seed: trials count the seeds up already; use --seed and --trials"),
+            "robots.count" => bail!("--sweep robots.count: use --robots 10,100"),
+            key if COLUMNS.contains(&key) => bail!("--sweep {key}: trials.csv has a column of this name"),
+            _ => {}
+        }
+        if let Some(twice) = values.iter().enumerate().find(|(i, value)| values[..*i].contains(value)) {
+            bail!("--sweep {key}: the value {} is there twice", twice.1);
+        }
+        let sweep = Self { key, values };
+        sweep.values.iter().try_for_each(|value| sweep.set(value).map(drop))?;
+        Ok(sweep)
+    }
+
+    fn set(&self, value: &str) -> anyhow::Result<Override> {
+        let set = format!("{}={value}", self.key);
+        spelled(&set, format!("--sweep {set}"))
+    }
+}
+
+impl Setting {
+    fn new(scenario: Scenario, values: Vec<String>, trials: u64) -> anyhow::Result<Self> {
+        let last = scenario.seed.checked_add(trials - 1);
+        ensure!(
+            last.is_some_and(|last| last <= SEED_MAX),
+            "--trials {trials} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer trials or a lower \
+             --seed",
+            scenario.seed
+        );
+        placement::start(&scenario)?;
+        Ok(Self { values, scenario })
+    }
+}
+
+/// The options that every scenario of a batch gets.
+impl BatchArgs {
+    fn overrides(&self) -> anyhow::Result<Vec<Override>> {
+        let mut overrides: Vec<Override> =
+            self.sets.iter().map(|set| set.parse()).collect::<Result<_, _>>()?;
+        for (option, key, value) in [
+            ("seed", "seed", self.seed.map(|seed| seed.to_string())),
+            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+        ] {
+            if let Some(value) = value {
+                overrides.push(spelled(&format!("{key}={value}"), format!("--{option} {value}"))?);
+            }
+        }
+        Ok(overrides)
+    }
+
+    fn kept(&self) -> Vec<Keep> {
+        let mut kept = self.keep.clone();
+        kept.sort_unstable();
+        kept.dedup();
+        kept
+    }
+}
+
+fn spelled(set: &str, spelling: String) -> anyhow::Result<Override> {
+    Ok(set.parse::<Override>().with_context(|| spelling.clone())?.spelled(spelling))
+}
+
+/// Every combination of one value of each sweep, the last sweep going fastest.
+fn combinations_of(sweeps: &[Sweep]) -> Vec<Vec<String>> {
+    sweeps.iter().fold(vec![Vec::new()], |before, sweep| {
+        let longer = |values: &Vec<String>| -> Vec<Vec<String>> {
+            sweep.values.iter().map(|value| [values.as_slice(), &[value.clone()]].concat()).collect()
+        };
+        before.iter().flat_map(longer).collect()
+    })
+}
+
+/// Splits at the commas that stand in no brackets, braces or quotes, as TOML has them.
+fn split_values(text: &str) -> Vec<&str> {
+    let (mut depth, mut quote, mut start) = (0_i32, None, 0);
+    let mut values = Vec::new();
+    for (at, c) in text.char_indices() {
+        match (quote, c) {
+            (Some(open), _) if c == open => quote = None,
+            (Some(_), _) => {}
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth -= 1,
+            (None, ',') if depth == 0 => {
+                values.push(text[start..at].trim());
+                start = at + 1;
+            }
+            (None, _) => {}
+        }
+    }
+    values.push(text[start..].trim());
+    values
+}
+
+/// Whether two scenarios are one; if not, the first line in which they differ.
+pub(crate) fn scenario_difference(path: &Path, there: &str, here: &str) -> Option<String> {
+    if there == here {
+        return None;
+    }
+    let (mut there, mut here) = (there.lines(), here.lines());
+    loop {
+        match (there.next(), here.next()) {
+            (Some(there), Some(here)) if there == here => {}
+            (there, here) => {
+                let shown = |line: Option<&str>| line.map_or("nothing".into(), |line| format!("`{line}`"));
+                return Some(format!(
+                    "{} has {} there and {} here",
+                    path.display(),
+                    shown(there),
+                    shown(here)
+                ));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_split_at_the_commas_between_them() {
+        assert_eq!(split_values("1600, 800,400"), ["1600", "800", "400"]);
+        assert_eq!(
+            split_values("[],[{ kind = \"kill\", at_s = 3 }]"),
+            ["[]", "[{ kind = \"kill\", at_s = 3 }]"]
+        );
+        assert_eq!(split_values("\"a,b\",c"), ["\"a,b\"", "c"]);
+    }
+
+    #[test]
+    fn the_last_sweep_goes_fastest() {
+        let sweep = |text: &str| Sweep::parse(text).unwrap();
+        let all = combinations_of(&[sweep("a=1,2"), sweep("b=x,y")]);
+        assert_eq!(all, [["1", "x"], ["1", "y"], ["2", "x"], ["2", "y"]]);
+        assert_eq!(combinations_of(&[]), [Vec::<String>::new()]);
+    }
+
+    #[test]
+    fn a_bad_sweep_is_refused_with_its_reason() {
+        let error = |text: &str| Sweep::parse(text).unwrap_err().to_string();
+        assert_eq!(error("field.offset"), "--sweep field.offset: expected key.path=a,b,c");
+        assert_eq!(error("field.offset=1,,2"), "--sweep field.offset=1,,2: a value is missing");
+        assert_eq!(error("field.offset=1,1"), "--sweep field.offset: the value 1 is there twice");
+        assert!(error("seed=1,2").contains("use --seed and --trials"));
+    }
+}

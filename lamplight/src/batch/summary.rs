@@ -1,0 +1,162 @@
+//! `summary.json` of a batch: statistics of every measure, setting by setting.
+//!
+//! In:  the rows of `trials.csv`, as they were written. Out: the same bytes for the same rows.
+
+use std::{collections::BTreeMap, fmt::Write};
+
+use serde::Serialize;
+use twox_hash::XxHash3_128;
+
+use super::plan::Plan;
+
+/// Columns that are no measure.
+const NO_MEASURES: [&str; 6] = ["setting", "trial", "seed", "robots", "ended", "digest"];
+/// The measure that people ask for first, and how `lines` shows it.
+const SHOWN: [(&str, &str); 6] = [
+    ("mean_below_1e-4_s", "s to mean error 1e-4"),
+    ("mean_below_1e-7_s", "s to mean error 1e-7"),
+    ("mean_error_m", "m mean error"),
+    ("cost_h", "cost H"),
+    ("exact_cost_h", "cost H, exact controller"),
+    ("mean_lamp_distance_m", "m to the lamps"),
+];
+
+/// A batch in one object.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Summary {
+    scenario: String,
+    engine: String,
+    trials: u64,
+    /// Hash over the digests of all trials in their order.
+    digest: String,
+    settings: Vec<SettingSummary>,
+}
+
+/// One combination of robot count and swept values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct SettingSummary {
+    setting: usize,
+    robots: u32,
+    sweep: BTreeMap<String, String>,
+    /// How many trials ended in which way.
+    ended: BTreeMap<String, usize>,
+    measures: BTreeMap<String, Statistics>,
+}
+
+/// Statistics of the trials that have a value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct Statistics {
+    count: usize,
+    mean: f64,
+    /// Standard deviation, n − 1 in its denominator; 0 of one value.
+    sd: f64,
+    /// Standard error of the mean.
+    se: f64,
+    min: f64,
+    p25: f64,
+    p50: f64,
+    p75: f64,
+    max: f64,
+}
+
+/// The summary of `rows`, which have `columns` and are all trials of `plan`.
+pub(super) fn of(plan: &Plan, columns: &[String], rows: &[csv::StringRecord]) -> Summary {
+    let at = |name: &str| columns.iter().position(|column| column == name).expect("it is one of ours");
+    let (ended_at, digest_at) = (at("ended"), at("digest"));
+    let identity = &plan.identity;
+    let is_measure = |column: &String| {
+        !NO_MEASURES.contains(&column.as_str()) && identity.sweeps.iter().all(|sweep| sweep.key != *column)
+    };
+    let measures: Vec<(usize, &String)> =
+        columns.iter().enumerate().filter(|(_, column)| is_measure(column)).collect();
+    let setting = |(setting, rows): (usize, &[csv::StringRecord])| {
+        let of = &plan.settings[setting];
+        let mut ended = BTreeMap::new();
+        rows.iter().for_each(|row| *ended.entry(row[ended_at].to_owned()).or_default() += 1);
+        let statistics = measures.iter().filter_map(|(at, column)| {
+            let values = rows.iter().filter_map(|row| row[*at].parse().ok()).collect();
+            Some(((*column).clone(), Statistics::of(values)?))
+        });
+        let keys = identity.sweeps.iter().map(|sweep| sweep.key.clone());
+        SettingSummary {
+            setting,
+            robots: of.scenario.robot_count(),
+            sweep: keys.zip(of.values.iter().cloned()).collect(),
+            ended,
+            measures: statistics.collect(),
+        }
+    };
+    let digests: String = rows.iter().map(|row| &row[digest_at]).collect();
+    Summary {
+        scenario: identity.scenario.clone(),
+        engine: identity.engine.clone(),
+        trials: identity.trials,
+        digest: format!("{:032x}", XxHash3_128::oneshot(digests.as_bytes())),
+        settings: rows.chunks(identity.trials as usize).enumerate().map(setting).collect(),
+    }
+}
+
+impl Summary {
+    /// The same to a person: a few lines per setting.
+    pub(super) fn lines(&self) -> String {
+        let mut text = String::new();
+        self.write_lines(&mut text).expect("a string takes all that is written to it");
+        text
+    }
+
+    fn write_lines(&self, text: &mut String) -> std::fmt::Result {
+        for setting in &self.settings {
+            write!(text, "{}: {} robots", self.scenario, setting.robots)?;
+            setting.sweep.iter().try_for_each(|(key, value)| write!(text, ", {key} = {value}"))?;
+            let ended: Vec<String> =
+                setting.ended.iter().map(|(how, count)| format!("{count} {how}")).collect();
+            writeln!(text, ", {} trials ({})", self.trials, ended.join(", "))?;
+            for (column, what) in SHOWN {
+                let Some(statistics) = setting.measures.get(column) else { continue };
+                let Statistics { count, mean, sd, .. } = statistics;
+                write!(text, "  {mean:>14.6e} ± {sd:<12.3e} {what}")?;
+                match *count as u64 == self.trials {
+                    true => writeln!(text)?,
+                    false => writeln!(text, " ({count} of {} trials)", self.trials)?,
+                }
+            }
+        }
+        writeln!(text, "digest {}", self.digest)
+    }
+}
+
+impl Statistics {
+    fn of(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_unstable_by(f64::total_cmp);
+        let (min, max) = (*values.first()?, *values.last()?);
+        let count = values.len();
+        let mean = values.iter().sum::<f64>() / count as f64;
+        let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+        let sd = if count > 1 { (squares / (count - 1) as f64).sqrt() } else { 0.0 };
+        let [p25, p50, p75] = [0.25, 0.5, 0.75].map(|share| quantile(&values, share));
+        Some(Self { count, mean, sd, se: sd / (count as f64).sqrt(), min, p25, p50, p75, max })
+    }
+}
+
+/// The value at `share` of the way through `sorted`, linear between neighbors.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let rank = share * (sorted.len() - 1) as f64;
+    let (below, part) = (rank.floor() as usize, rank.fract());
+    let above = sorted.get(below + 1).unwrap_or(&sorted[below]);
+    sorted[below] + part * (above - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statistics_of_a_known_sample() {
+        let known = Statistics::of(vec![9.0, 2.0, 4.0, 4.0, 7.0, 4.0, 5.0, 5.0]).unwrap();
+        assert_eq!((known.count, known.mean, known.min, known.max), (8, 5.0, 2.0, 9.0));
+        assert_eq!((known.p25, known.p50, known.p75), (4.0, 4.5, 5.5));
+        assert!((known.sd - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
+        assert_eq!(Statistics::of(Vec::new()), None);
+        assert_eq!(Statistics::of(vec![3.0]).unwrap().sd, 0.0);
+    }
+}
