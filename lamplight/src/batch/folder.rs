@@ -7,7 +7,7 @@
 use std::{
     fmt::Write as _,
     fs::{self, File, OpenOptions, TryLockError},
-    io::{ErrorKind, Seek, Write},
+    io::{self, ErrorKind, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
@@ -247,7 +247,7 @@ impl Table {
             .truncate(false)
             .open(&path)
             .with_context(|| format!("cannot open {shown}"))?;
-        let mut text = std::io::read_to_string(&file).with_context(|| format!("cannot read {shown}"))?;
+        let mut text = io::read_to_string(&file).with_context(|| format!("cannot read {shown}"))?;
         if !text.starts_with(&header) {
             // A header that was cut short is no more than the beginning of a file.
             ensure!(
@@ -330,15 +330,17 @@ impl Table {
 
     /// Drops everything from byte `end` on; what comes goes there.
     fn cut(&mut self, end: usize) -> anyhow::Result<()> {
-        if self.text.len() > end {
-            tracing::info!("{}: the rows of an unfinished trial are dropped", self.path.display());
-        }
+        let end = end as u64;
+        let mut mend = || {
+            if self.text.len() as u64 > end {
+                tracing::info!("{}: the rows of an unfinished trial are dropped", self.path.display());
+                self.file.set_len(end)?;
+            }
+            self.file.seek(SeekFrom::Start(end))
+        };
+        mend().with_context(|| format!("cannot mend {}", self.path.display()))?;
         self.text = String::new();
-        self.file
-            .set_len(end as u64)
-            .and_then(|()| self.file.seek(std::io::SeekFrom::Start(end as u64)))
-            .map(drop)
-            .with_context(|| format!("cannot mend {}", self.path.display()))
+        Ok(())
     }
 
     fn add(&mut self, rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<()> {

@@ -16,6 +16,9 @@ use crate::{fuzz::SEED_MAX, run::Engine};
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
+/// What an [`Identity`] is compared by, the most telling first.
+const KEYS: [&str; 9] =
+    ["format", "scenario", "engine", "trials", "seed", "robots", "sweeps", "exact", "keep"];
 /// Most combinations of robot counts and swept values.
 const SETTINGS_MAX: usize = 10_000;
 
@@ -113,11 +116,10 @@ impl Plan {
             .collect::<anyhow::Result<_>>()?;
         let mut robots: Vec<u32> = settings.iter().map(|setting| setting.scenario.robot_count()).collect();
         robots.dedup();
-        let engine = args.engine.name();
         let identity = Identity {
             format: FORMAT,
             scenario: base.name.clone(),
-            engine: engine.into(),
+            engine: args.engine.name().into(),
             trials: args.trials,
             seed: base.seed,
             robots,
@@ -163,10 +165,9 @@ impl Engine {
 impl Identity {
     /// The first thing in which another batch differs.
     pub(crate) fn difference(&self, other: &Self) -> Option<String> {
-        let both = [self, other].map(|identity| serde_json::to_value(identity).expect("plain data"));
-        let keys = both[0].as_object()?.keys();
-        let mut differing = keys.filter(|&key| both[0][key] != both[1][key]);
-        differing.next().map(|key| format!("`{key}` is {} there and {} here", both[0][key], both[1][key]))
+        let [there, here] = [self, other].map(|identity| serde_json::to_value(identity).expect("plain data"));
+        let key = KEYS.into_iter().find(|&key| there[key] != here[key])?;
+        Some(format!("`{key}` is {} there and {} here", there[key], here[key]))
     }
 }
 

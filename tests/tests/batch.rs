@@ -1,0 +1,290 @@
+//! `lamplight batch`, as a user would use it: killed, resumed, misused, and compared between engines.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::{
+    collections::BTreeMap,
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+use tests::{
+    live::wait_until,
+    programs::{lamplight, said, scenario},
+};
+
+/// Files of a batch that keeps everything.
+const FILES: [&str; 6] =
+    ["batch.json", "errors.csv", "positions.csv", "scenario.toml", "summary.json", "trials.csv"];
+
+fn batch(name: &str, out: &Path, args: &[&str]) -> Command {
+    let file = scenario(name);
+    let mut command =
+        lamplight([OsStr::new("batch"), file.as_os_str(), OsStr::new("--out"), out.as_os_str()]);
+    command.args(args);
+    command
+}
+
+fn done(name: &str, out: &Path, args: &[&str]) -> Output {
+    let output = batch(name, out, args).output().unwrap();
+    assert!(output.status.success(), "{args:?}: {}", said(&output));
+    output
+}
+
+/// What a refused command says.
+fn refused(name: &str, out: &Path, args: &[&str]) -> String {
+    let output = batch(name, out, args).arg("--quiet").output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
+    String::from_utf8(output.stderr).unwrap()
+}
+
+fn contents(folder: &Path) -> BTreeMap<String, String> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|entry| (entry.file_name().into_string().unwrap(), fs::read_to_string(entry.path()).unwrap()))
+        .collect()
+}
+
+fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.join("trials.csv")).unwrap();
+    reader.deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+fn column(folder: &Path, name: &str) -> Vec<String> {
+    rows(folder).iter().map(|row| row[name].clone()).collect()
+}
+
+fn numbers(folder: &Path, name: &str) -> Vec<f64> {
+    column(folder, name).iter().map(|text| text.parse().unwrap()).collect()
+}
+
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn out(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+}
+
+const SWEPT: [&str; 12] = [
+    "--trials",
+    "6",
+    "--robots",
+    "8,12",
+    "--sweep",
+    "controller.gain_per_s=2,5",
+    "--duration",
+    "6",
+    "--set",
+    "step_s=0.02",
+    "--keep",
+    "errors,positions",
+];
+
+#[test]
+fn a_killed_batch_goes_on_to_the_same_bytes() {
+    let place = Place::new();
+    let (whole, broken) = (place.out("whole"), place.out("broken"));
+    done("one-gaussian", &whole, &SWEPT);
+    assert_eq!(contents(&whole).keys().map(String::as_str).collect::<Vec<_>>(), FILES);
+    assert_eq!(rows(&whole).len(), 24);
+
+    let mut killed = batch("one-gaussian", &broken, &SWEPT).arg("--quiet").spawn().unwrap();
+    let lines = || fs::read_to_string(broken.join("trials.csv")).map_or(0, |text| text.lines().count());
+    wait_until("some trials are done", || lines() > 5);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    done("one-gaussian", &broken, &SWEPT);
+    assert_eq!(contents(&whole), contents(&broken));
+}
+
+#[test]
+fn rows_that_were_cut_short_are_dropped_and_played_again() {
+    let place = Place::new();
+    let (whole, broken) = (place.out("whole"), place.out("broken"));
+    done("one-gaussian", &whole, &SWEPT);
+    for (file, keep) in
+        [("trials.csv", 0.7), ("errors.csv", 0.4), ("positions.csv", 0.5), ("trials.csv", 0.01)]
+    {
+        done("one-gaussian", &broken, &SWEPT);
+        let path = broken.join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, &text[..(text.len() as f64 * keep) as usize]).unwrap();
+        done("one-gaussian", &broken, &SWEPT);
+        assert_eq!(contents(&whole), contents(&broken), "{file} cut to {keep}");
+    }
+}
+
+#[test]
+fn a_finished_batch_is_not_played_again() {
+    let place = Place::new();
+    let out = place.out("b");
+    let args = ["--trials", "2", "--duration", "1"];
+    let first = done("one-gaussian", &out, &args);
+    let modified = || fs::metadata(out.join("trials.csv")).unwrap().modified().unwrap();
+    let before = modified();
+    let again = done("one-gaussian", &out, &args);
+    assert_eq!(first.stdout, again.stdout);
+    assert!(said(&again).contains("2 of 2 trials are done already"), "{}", said(&again));
+    assert_eq!(modified(), before);
+}
+
+#[test]
+fn both_engines_fill_the_same_rows() {
+    let place = Place::new();
+    let args =
+        ["--trials", "3", "--robots", "5,9", "--duration", "4", "--keep", "errors,positions", "--exact"];
+    let gains = ["--sweep", "controller.gain_per_s=1,5"];
+    let (inside, processes) = (place.out("in-process"), place.out("processes"));
+    let all = [args.as_slice(), &gains].concat();
+    done("one-gaussian", &inside, &all);
+    done("one-gaussian", &processes, &[all.as_slice(), &["--engine", "processes"]].concat());
+    for file in ["trials.csv", "errors.csv", "positions.csv", "scenario.toml"] {
+        assert_eq!(contents(&inside)[file], contents(&processes)[file], "{file}");
+    }
+}
+
+#[test]
+fn processes_that_a_plan_has_killed_are_replaced_before_the_next_trial() {
+    let place = Place::new();
+    let fault = "fault=[{ kind = \"kill\", at_s = 1, restart_at_s = 2, robots = \"3\" }, \
+                 { kind = \"pause\", from_s = 1, until_s = 2, robots = \"4\" }]";
+    let args = ["--trials", "3", "--duration", "3", "--set", fault];
+    let (inside, processes) = (place.out("in-process"), place.out("processes"));
+    done("swarmbots", &inside, &args);
+    done("swarmbots", &processes, &[args.as_slice(), &["--engine", "processes"]].concat());
+    assert_eq!(column(&inside, "digest"), column(&processes, "digest"));
+}
+
+#[test]
+fn a_trial_is_the_run_of_its_seed() {
+    let place = Place::new();
+    let out = place.out("b");
+    done("swarmbots", &out, &["--trials", "3", "--seed", "5", "--duration", "5"]);
+    let run =
+        tests::programs::Run::of("swarmbots", &["--engine", "in-process", "--seed", "7", "--duration", "5"]);
+    let last = &rows(&out)[2];
+    assert_eq!((last["seed"].as_str(), last["digest"].as_str()), ("7", run.digest()));
+    assert_eq!(last["cost_h"].parse::<f64>().unwrap(), run.number("cost_h"));
+    assert_eq!(last["mean_lamp_distance_m"].parse::<f64>().unwrap(), run.number("mean_lamp_distance_m"));
+}
+
+/// Ten robots, 60 trials; the reference implementation says 29.89 ± 5.86 s to 1e-7 and 11.3 s to 1e-4.
+#[test]
+fn table_1_comes_out_as_the_reference_has_it() {
+    let place = Place::new();
+    let out = place.out("b");
+    done(
+        "one-gaussian",
+        &out,
+        &["--trials", "60", "--duration", "400", "--set", "step_s=0.05", "--set", "convergence.stop=true"],
+    );
+    let mean = |column: &str| {
+        let values = numbers(&out, column);
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let standard_error = 5.86 / 60_f64.sqrt();
+    let (fine, coarse) = (mean("mean_below_1e-7_s"), mean("mean_below_1e-4_s"));
+    assert!((fine - 29.89).abs() < 3.0 * standard_error, "{fine}");
+    assert!((coarse - 11.3).abs() < 2.0, "{coarse}");
+    // Where they end: one of the equilibria of ten robots.
+    let equilibria = [3.420_331e-3, 3.421_782e-3, 3.489_632e-3];
+    for cost in numbers(&out, "cost_h") {
+        assert!(equilibria.iter().any(|known| (cost / known - 1.0).abs() < 1e-6), "H = {cost}");
+    }
+}
+
+#[test]
+fn wide_gaussians_cost_the_linear_law_nothing_and_narrow_ones_some_percent() {
+    let place = Place::new();
+    let out = place.out("b");
+    let sigma = "field.gaussian.*.sigma_m=0.7071067811865476,0.2";
+    done(
+        "one-gaussian",
+        &out,
+        &["--trials", "4", "--duration", "40", "--set", "step_s=0.05", "--exact", "--sweep", sigma],
+    );
+    let ratios: Vec<f64> = numbers(&out, "cost_h")
+        .iter()
+        .zip(numbers(&out, "exact_cost_h"))
+        .map(|(linear, exact)| linear / exact)
+        .collect();
+    let (wide, narrow) = ratios.split_at(4);
+    assert!(wide.iter().all(|ratio| (ratio - 1.0).abs() < 1e-5), "{wide:?}");
+    let mean = narrow.iter().sum::<f64>() / 4.0;
+    assert!((1.02..1.2).contains(&mean), "{narrow:?}");
+}
+
+#[test]
+fn a_batch_of_something_else_is_refused_and_left_alone() {
+    let place = Place::new();
+    let out = place.out("b");
+    let args = ["--trials", "2", "--duration", "1"];
+    done("one-gaussian", &out, &args);
+    let before = contents(&out);
+    let other = refused("two-gaussians", &out, &args);
+    assert!(other.contains("holds another batch") && other.contains("\"two-gaussians\" here"), "{other}");
+    let more = refused("one-gaussian", &out, &["--trials", "3", "--duration", "1"]);
+    assert!(more.contains("`trials` is 2 there and 3 here"), "{more}");
+    let longer = refused("one-gaussian", &out, &["--trials", "2", "--duration", "2"]);
+    assert!(longer.contains("`duration_s = 1.0` there and `duration_s = 2.0` here"), "{longer}");
+    assert_eq!(contents(&out), before);
+}
+
+#[test]
+fn a_folder_that_holds_a_run_is_refused_and_left_alone() {
+    let place = Place::new();
+    let out = place.out("run");
+    let file = scenario("one-gaussian");
+    let run = [OsStr::new("run"), file.as_os_str(), OsStr::new("--out"), out.as_os_str()];
+    let output =
+        lamplight(run).args(["--engine", "in-process", "--duration", "1", "--quiet"]).output().unwrap();
+    assert!(output.status.success());
+    let before = contents(&out);
+    let error = refused("one-gaussian", &out, &["--trials", "2"]);
+    assert!(error.contains("holds scenario.toml and no batch.json"), "{error}");
+    assert_eq!(contents(&out), before);
+}
+
+#[test]
+fn a_file_that_something_else_has_changed_is_not_taken_for_a_batch() {
+    let place = Place::new();
+    let out = place.out("b");
+    let args = ["--trials", "3", "--duration", "1"];
+    done("one-gaussian", &out, &args);
+    let path = out.join("trials.csv");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("\n0,1,2,", "\n0,1,9,")).unwrap();
+    let error = refused("one-gaussian", &out, &args);
+    assert!(error.contains("trials.csv, line 3: this is not trial 1 of setting 0"), "{error}");
+}
+
+#[test]
+fn a_bad_batch_is_refused_before_anything_is_made() {
+    let place = Place::new();
+    let out = place.out("b");
+    let cases: [(&[&str], &str); 7] = [
+        (&["--trials", "0"], "invalid value '0' for '--trials <K>'"),
+        (&["--trials", "2", "--robots", "10,0"], "--robots 0"),
+        (
+            &["--trials", "2", "--sweep", "field.ofset=1,2"],
+            "unknown key `ofset` in [field]; did you mean `offset`?",
+        ),
+        (&["--trials", "2", "--sweep", "field.offset=1,x"], "--sweep field.offset=x: "),
+        (&["--trials", "2", "--sweep", "seed=1,2"], "use --seed and --trials"),
+        (&["--trials", "2", "--sweep", "field.offset=1", "--sweep", "field.offset=2"], "is given twice"),
+        (&["--trials", "2", "--seed", "9223372036854775807"], "beyond the highest seed"),
+    ];
+    for (args, expected) in cases {
+        let error = refused("one-gaussian", &out, args);
+        assert!(error.contains(expected), "{args:?}: {error}");
+        assert!(!out.exists(), "{args:?}");
+    }
+}
