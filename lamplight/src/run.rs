@@ -22,7 +22,6 @@ use protocol::{
     run_dir::{RunDir, RunName},
     setup::Mode,
 };
-use serde::Serialize;
 use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
 
@@ -36,14 +35,23 @@ use crate::{
 };
 
 /// Who thinks for the robots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
     /// A process per robot
     #[default]
     Processes,
     /// One loop in one process: the same results, faster, for large batches
     InProcess,
+}
+
+impl Engine {
+    /// As the command line spells it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Processes => "processes",
+            Self::InProcess => "in-process",
+        }
+    }
 }
 
 #[derive(Args, Debug)]

@@ -2,7 +2,7 @@
 //!
 //! In:  the options. Out: a [`Plan`] whose every scenario has been checked, so that nothing stops it half-way.
 
-use std::path::Path;
+use std::{path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{
@@ -12,7 +12,7 @@ use arena::{
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
-use crate::{fuzz::SEED_MAX, run::Engine};
+use crate::fuzz::SEED_MAX;
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
@@ -152,16 +152,6 @@ impl Plan {
     }
 }
 
-impl Engine {
-    /// As the command line spells it.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Engine::Processes => "processes",
-            Engine::InProcess => "in-process",
-        }
-    }
-}
-
 impl Identity {
     /// The first thing in which another batch differs.
     pub(crate) fn difference(&self, other: &Self) -> Option<String> {
@@ -244,7 +234,7 @@ fn spelled(set: &str, spelling: String) -> anyhow::Result<Override> {
 fn combinations_of(sweeps: &[Sweep]) -> Vec<Vec<String>> {
     sweeps.iter().fold(vec![Vec::new()], |before, sweep| {
         let longer = |values: &Vec<String>| -> Vec<Vec<String>> {
-            sweep.values.iter().map(|value| [values.as_slice(), &[value.clone()]].concat()).collect()
+            sweep.values.iter().map(|value| [values.as_slice(), slice::from_ref(value)].concat()).collect()
         };
         before.iter().flat_map(longer).collect()
     })

@@ -11,7 +11,7 @@ use super::plan::Plan;
 
 /// Columns that are no measure.
 const NO_MEASURES: [&str; 6] = ["setting", "trial", "seed", "robots", "ended", "digest"];
-/// The measure that people ask for first, and how `lines` shows it.
+/// Measures that people ask for first, and how `lines` names them.
 const SHOWN: [(&str, &str); 6] = [
     ("mean_below_1e-4_s", "s to mean error 1e-4"),
     ("mean_below_1e-7_s", "s to mean error 1e-7"),
