@@ -316,7 +316,12 @@ mod overriding {
             &["field.gaussian.*.sigma_m=0.2"],
             expect!["--set field.gaussian.*.sigma_m=0.2: expected an array, found a table"],
         );
-        check_override(&["robots.*=1"], expect!["--set robots.*=1: unknown key `*` in [robots]"]);
+        check_override(
+            &["robots.*=1"],
+            expect![[r#"
+            --set robots.*=1: unknown key `*` in [robots]
+            hint: one of `count`, `radius_m`, `speed_limit_m_per_s`, `drive`, `turn_limit_rad_per_s`, `positions_m`, `headings_rad`"#]],
+        );
     }
 
     #[test]
