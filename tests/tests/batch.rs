@@ -201,25 +201,23 @@ fn table_1_comes_out_as_the_reference_has_it() {
     }
 }
 
+/// Twenty robots and two Gaussians: the reference has a ratio of 1.000000 where σ is 1/√2, and 1.05 to 1.12 where
+/// it is 0.2.
 #[test]
 fn wide_gaussians_cost_the_linear_law_nothing_and_narrow_ones_some_percent() {
     let place = Place::new();
     let out = place.out("b");
     let sigma = "field.gaussian.*.sigma_m=0.7071067811865476,0.2";
-    done(
-        "one-gaussian",
-        &out,
-        &["--trials", "4", "--duration", "40", "--set", "step_s=0.05", "--exact", "--sweep", sigma],
-    );
-    let ratios: Vec<f64> = numbers(&out, "cost_h")
-        .iter()
-        .zip(numbers(&out, "exact_cost_h"))
-        .map(|(linear, exact)| linear / exact)
-        .collect();
-    let (wide, narrow) = ratios.split_at(4);
-    assert!(wide.iter().all(|ratio| (ratio - 1.0).abs() < 1e-5), "{wide:?}");
-    let mean = narrow.iter().sum::<f64>() / 4.0;
-    assert!((1.02..1.2).contains(&mean), "{narrow:?}");
+    let args = ["--trials", "6", "--duration", "40", "--set", "step_s=0.05", "--exact", "--sweep", sigma];
+    done("two-gaussians", &out, &args);
+    let costs = numbers(&out, "cost_h").into_iter().zip(numbers(&out, "exact_cost_h"));
+    let ratios: Vec<f64> = costs.map(|(linear, exact)| linear / exact).collect();
+    let (wide, narrow) = ratios.split_at(6);
+    // All but the slowest have settled by now.
+    let settled = wide.iter().filter(|&ratio| (ratio - 1.0).abs() < 1e-6).count();
+    assert!(settled >= 4 && wide.iter().all(|ratio| (ratio - 1.0).abs() < 1e-3), "{wide:?}");
+    let mean = narrow.iter().sum::<f64>() / 6.0;
+    assert!((1.05..1.12).contains(&mean), "{mean} from {narrow:?}");
 }
 
 #[test]
