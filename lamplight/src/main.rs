@@ -10,6 +10,7 @@ mod fuzz;
 mod in_process;
 mod limits;
 mod name;
+mod report;
 mod run;
 mod say;
 mod shrink;
@@ -57,6 +58,12 @@ enum Command {
     /// duration_s, at most 20 seconds of virtual time. A failed run prints the command that repeats it. Exit
     /// status: 0 if no run failed, 1 if one did, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
+    /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
+    ///
+    /// Writes DIR/report.html and DIR/figures/*.svg, and says where the page is. The same folder gives the same
+    /// bytes. Only what an earlier report wrote is written over. Exit status: 0, or 2 for a folder that is no run
+    /// and no batch, or whose files cannot be read.
+    Report(report::ReportArgs),
     /// Check a scenario file; errors name the line
     Check(check::CheckArgs),
     /// Remove what crashed runs have left in shared memory; live runs are not touched
@@ -71,6 +78,7 @@ fn main() -> ExitCode {
         Command::Batch(args) => batch::batch(&args),
         Command::Shrink(args) => shrink::shrink(&args),
         Command::Fuzz(args) => fuzz::fuzz(&args),
+        Command::Report(args) => report::report(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
         Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),

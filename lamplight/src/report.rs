@@ -1,0 +1,19 @@
+//! `lamplight report`: figures and one page from what a run or a batch left.
+
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::Args;
+
+use crate::{failure::Failure, say::say};
+
+#[derive(Args, Debug)]
+pub(crate) struct ReportArgs {
+    /// Folder of a run, of a batch, or of scripts/reproduce-paper
+    dir: PathBuf,
+}
+
+pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Failure> {
+    let page = report::report(&args.dir).map_err(Failure::usage)?;
+    say(&format!("{}\n", page.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
