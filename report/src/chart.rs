@@ -6,10 +6,7 @@
 use std::sync::Arc;
 
 use kuva::{
-    plot::{
-        BandPlot, BoxPlot, LinePlot, ScatterPlot, StripPlot,
-        line::LineStyle, scatter::MarkerShape,
-    },
+    plot::{BandPlot, BoxPlot, LinePlot, ScatterPlot, StripPlot, line::LineStyle, scatter::MarkerShape},
     render::{
         annotations::{ReferenceLine, TextAnnotation},
         layout::{Layout, TickFormat},

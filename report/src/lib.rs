@@ -17,6 +17,7 @@ pub mod folder;
 pub mod legend;
 pub mod number;
 pub mod page;
+pub mod paper;
 pub mod plan;
 pub mod rows;
 pub mod run;
@@ -35,7 +36,7 @@ pub fn report(folder: &Path) -> Result<PathBuf, ReportError> {
     let page = match folder::kind(folder)? {
         Kind::Run => run::page(&run::Run::read(folder)?)?,
         Kind::Batch => batch::page(&batch::Batch::read(folder)?)?,
-        Kind::Paper => return Err(ReportError::bad("paper.json", "later")),
+        Kind::Paper => paper::page(folder)?,
     };
     let path = folder.join("report.html");
     folder::write(&page, &path)?;
