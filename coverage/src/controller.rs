@@ -40,7 +40,8 @@ impl Controller {
     pub fn step(&mut self, percept: &Percept) -> Command {
         self.neighbors.record(percept.tick, &percept.deliveries);
         let cell = self.local_cell(percept);
-        let goal = cell.and_then(|cell| law::goal(&cell, percept, &self.setup)).unwrap_or(BodyVector::HERE);
+        let goal = cell.and_then(|cell| law::goal(&cell, percept, &self.neighbors, &self.setup));
+        let goal = goal.unwrap_or(BodyVector::HERE);
         Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
     }
 
@@ -82,8 +83,11 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use core::f64::consts::{FRAC_PI_2, PI};
+    use core::f64::consts::{FRAC_PI_2, PI, TAU};
+    use std::vec::Vec;
 
+    use nalgebra::{Matrix2, Vector2};
+    use proptest::prelude::*;
     use protocol::{
         percept::{Delivery, Light, Stimulus, Wall},
         setup::{Closure, GradientMode, Law},
@@ -91,6 +95,12 @@ mod tests {
     };
 
     use super::*;
+    use crate::{
+        estimate::LinearField,
+        polygon::{edges, reach},
+        quadratic_field::QuadraticField,
+        quadrature::integrate,
+    };
 
     fn meters(value: f64) -> Meters {
         Meters::new(value).unwrap()
@@ -199,6 +209,98 @@ mod tests {
         percept.field.push(protocol::percept::FieldComponent::Constant(2.0));
         let difference = step(exact, &percept).goal.0 - step(setup(), &percept).goal.0;
         assert!(difference.norm() < 1e-14);
+    }
+
+    fn quadratic() -> ControllerSetup {
+        ControllerSetup { law: Law::Quadratic, neighbor_timeout_ticks: 4, ..setup() }
+    }
+
+    /// Neighbors around a robot that all read a field, and the robot that reads it and its gradient.
+    fn percept_in(field: &QuadraticField, neighbors: &[(f64, f64)]) -> Percept {
+        let mut percept = percept(field.linear.value, neighbors);
+        percept.light.stimulus = Stimulus::Gradient(BodyVector(field.linear.gradient));
+        for heard in &mut percept.deliveries {
+            heard.packet.light = field.at(&BodyVector::polar(heard.range, heard.bearing).0) as f32;
+        }
+        percept
+    }
+
+    #[test]
+    fn the_quadratic_law_finds_the_true_centroid_where_the_field_is_quadratic() {
+        let field = QuadraticField {
+            linear: LinearField { value: 2.0, gradient: Vector2::new(0.7, -0.4) },
+            curvature: Matrix2::new(5.0, 1.6, 1.6, -2.8),
+        };
+        let percept = percept_in(&field, &[(0.4, 0.0), (0.5, 1.1), (0.6, 2.2), (0.5, 3.3), (0.4, 4.4)]);
+        let mut controller = Controller::new(RobotId::first(0), quadratic());
+        let goal = controller.step(&percept).goal.0;
+        let cell = controller.local_cell(&percept).unwrap();
+        let [mass, x, y] = integrate(&cell, 10.0, |q| [1.0, q.x, q.y].map(|k| k * field.at(&q)));
+        let centroid = Vector2::new(x, y) / mass;
+        assert!((goal - centroid).norm() < 1e-6, "off by {:e}", (goal - centroid).norm());
+        assert!(
+            (step(setup(), &percept).goal.0 - centroid).norm() > 1e-3,
+            "the linear law does not see the curvature"
+        );
+    }
+
+    #[test]
+    fn the_quadratic_law_of_a_robot_that_hears_nobody_is_the_linear_one() {
+        let mut percept = percept(1.0, &[]);
+        percept.light.stimulus = Stimulus::Gradient(BodyVector::new(3.0, -1.0));
+        let wall = |distance, bearing| Wall { distance: meters(distance), bearing: radians(bearing) };
+        percept.walls.extend([wall(0.75, 0.0), wall(0.5, FRAC_PI_2)]);
+        percept.walls.extend([wall(0.25, PI), wall(0.5, -FRAC_PI_2)]);
+        for gradient in [GradientMode::Measured, GradientMode::Fixed(2.0)] {
+            let linear = ControllerSetup { gradient, ..setup() };
+            let off = step(ControllerSetup { gradient, ..quadratic() }, &percept).goal.0
+                - step(linear, &percept).goal.0;
+            assert!(off.norm() < 1e-14, "{off}");
+        }
+    }
+
+    #[test]
+    fn readings_that_agree_with_the_linear_estimate_leave_its_goal() {
+        let linear = LinearField { value: 1.0, gradient: Vector2::new(6.0, -3.0) };
+        let flat = QuadraticField { linear, curvature: Matrix2::zeros() };
+        let percept = percept_in(&flat, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
+        let off = step(quadratic(), &percept).goal.0 - step(setup(), &percept).goal.0;
+        assert!(off.norm() < 1e-6, "{off}");
+    }
+
+    #[test]
+    fn readings_beyond_reason_leave_the_linear_goal() {
+        let mut percept = percept(1.0, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
+        percept.light = Light { value: f64::MAX, stimulus: Stimulus::Gradient(BodyVector::HERE) };
+        assert_eq!(step(quadratic(), &percept).goal, step(setup(), &percept).goal);
+    }
+
+    proptest! {
+        #[test]
+        fn the_quadratic_goal_lies_in_the_cell_whatever_is_heard(
+            own in -10.0_f64..10.0,
+            slope in (-30.0_f64..30.0, -30.0_f64..30.0),
+            heard in proptest::collection::vec(
+                (0.01_f64..1.0, 0.0_f64..TAU, prop_oneof![-10.0_f32..10.0, -3e38_f32..3e38]), 1..30),
+            fixed: bool,
+        ) {
+            let places: Vec<_> = heard.iter().map(|&(range, bearing, _)| (range, bearing)).collect();
+            let mut percept = percept(own, &places);
+            percept.light.stimulus = Stimulus::Gradient(BodyVector::new(slope.0, slope.1));
+            for (delivery, &(_, _, light)) in percept.deliveries.iter_mut().zip(&heard) {
+                delivery.packet.light = light;
+            }
+            let gradient = if fixed { GradientMode::Fixed(5.0) } else { GradientMode::Measured };
+            let mut controller = Controller::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
+            let goal = controller.step(&percept).goal.0;
+            prop_assert!(goal.x.is_finite() && goal.y.is_finite());
+            let cell = controller.local_cell(&percept).unwrap();
+            let slack = 1e-9 * reach(&cell).max(1.0);
+            for (start, end) in edges(&cell) {
+                let edge = end - start;
+                prop_assert!(edge.perp(&(goal - start)) >= -slack * edge.norm(), "{goal} is outside");
+            }
+        }
     }
 
     #[test]

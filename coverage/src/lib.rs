@@ -20,12 +20,15 @@ pub mod centroid;
 pub mod closure;
 pub mod controller;
 pub mod estimate;
+pub mod fit;
 pub mod half_plane;
 pub mod law;
 pub mod moments;
 pub mod neighbors;
 pub mod polygon;
+pub mod quadratic_field;
 pub mod quadrature;
 pub mod sensory_field;
+pub mod third_moments;
 
 pub use controller::Controller;

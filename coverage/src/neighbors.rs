@@ -62,7 +62,7 @@ impl NeighborTable {
     }
 
     /// Everyone heard lately, in the order of sender indices.
-    pub fn iter(&self) -> impl Iterator<Item = &Neighbor> {
+    pub fn iter(&self) -> impl Iterator<Item = &Neighbor> + Clone {
         self.neighbors.iter()
     }
 

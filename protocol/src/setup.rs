@@ -12,6 +12,8 @@ use crate::units::{Meters, MetersPerSecond, Seconds};
 pub enum Law {
     /// The paper: φ estimated by value and gradient at the robot (eq. 10 to 18).
     Linear,
+    /// The paper's outlook: φ fitted by a quadratic to the robot's own reading and its neighbors'.
+    Quadratic,
     /// φ constant: plain Lloyd descent, no light needed.
     Uniform,
     /// The optimal baseline: the true field is known (Cortés et al.).

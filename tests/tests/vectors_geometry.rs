@@ -8,6 +8,7 @@ use coverage::{
     estimate::LinearField,
     half_plane::HalfPlane,
     moments::Moments,
+    third_moments::ThirdMoments,
 };
 use nalgebra::Vector2;
 use protocol::{
@@ -74,6 +75,44 @@ fn moments_relative_to_the_polygon_are_exact_to_1e_10() {
         let away = (robot + center - Vector2::new(x, y)).norm();
         let unit = f64::EPSILON * x.abs().max(y.abs());
         assert!(away <= tolerance * size + 2.0 * unit, "{what}: centroid off by {away:e}");
+    }
+}
+
+#[test]
+fn third_moments_are_exact_to_1e_10_of_the_polygons_size() {
+    #[derive(Deserialize)]
+    struct About {
+        xxx: f64,
+        xxy: f64,
+        xyy: f64,
+        yyy: f64,
+    }
+    #[derive(Deserialize)]
+    struct Case {
+        id: u32,
+        kind: String,
+        vertices: Vec<Pair>,
+        about_vertex: About,
+    }
+    let file: File<Case> = read("third_moments");
+    assert_eq!(file.cases.len(), 60);
+    for case in file.cases {
+        let polygon = points(&case.vertices);
+        let local: Vec<_> = polygon.iter().map(|v| v - polygon[0]).collect();
+        let ours = ThirdMoments::of(&local, Vector2::zeros());
+        // A sliver is judged along and across: by its own extent in x and in y.
+        let extent = |along: fn(&Vector2<f64>) -> f64| local.iter().map(along).fold(0.0, f64::max);
+        let (x, y) = (extent(|v| v.x.abs()), extent(|v| v.y.abs()));
+        let area = Moments::of(&local, Vector2::zeros()).area;
+        for (name, ours, theirs, size) in [
+            ("xxx", ours.xxx, case.about_vertex.xxx, x * x * x),
+            ("xxy", ours.xxy, case.about_vertex.xxy, x * x * y),
+            ("xyy", ours.xyy, case.about_vertex.xyy, x * y * y),
+            ("yyy", ours.yyy, case.about_vertex.yyy, y * y * y),
+        ] {
+            let off = (ours - theirs).abs() / (area * size);
+            assert!(off < 1e-10, "case {} ({}): {name} off by {off:e}", case.id, case.kind);
+        }
     }
 }
 

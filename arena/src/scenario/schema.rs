@@ -19,6 +19,8 @@ pub fn schema_json() -> String {
 pub(super) enum LawName {
     /// The paper: φ estimated by value and gradient at the robot (eq. 10 to 18).
     Linear,
+    /// The paper's outlook: φ fitted by a quadratic to the robot's own reading and its neighbors'.
+    Quadratic,
     /// φ constant: plain Lloyd descent, no light needed.
     Uniform,
     /// The optimal baseline: the true field is known (Cortés et al.).
@@ -48,9 +50,11 @@ mod tests {
     fn the_schema_names_every_law() {
         let all = |law: Law| match law {
             // A new law fails to compile here: add it to `LawName` too.
-            Law::Linear | Law::Uniform | Law::Exact => serde_json::to_value(law).expect("a name").to_string(),
+            Law::Linear | Law::Quadratic | Law::Uniform | Law::Exact => {
+                serde_json::to_value(law).expect("a name").to_string()
+            }
         };
-        let laws = BTreeSet::from([Law::Linear, Law::Uniform, Law::Exact].map(all));
+        let laws = BTreeSet::from([Law::Linear, Law::Quadratic, Law::Uniform, Law::Exact].map(all));
         let schema = schema_for!(LawName);
         let variants = schema.get("oneOf").and_then(Value::as_array).expect("a list of variants");
         assert_eq!(
