@@ -234,7 +234,7 @@ impl Chart {
 
     /// An empty figure for a row of several.
     pub fn panel(x: Axis, y: Axis, title: impl Into<String>) -> Self {
-        Self { title: title.into(), size: (420.0, 330.0), ..Self::new(x, y) }
+        Self { title: title.into(), size: (400.0, 330.0), ..Self::new(x, y) }
     }
 
     /// An empty plan: a meter is as long in x as in y, and there is no grid.

@@ -297,7 +297,7 @@ p{max-width:50rem;margin:.6rem 0}
 a{color:var(--blue)}
 nav ul{columns:18rem;padding-left:1.2rem;max-width:60rem}
 .note{border-left:.25rem solid var(--orange);padding:.3rem .8rem}
-pre{overflow-x:auto;border:1px solid var(--grid);border-radius:.3rem;padding:.6rem .8rem;max-width:60rem}
+pre{white-space:pre-wrap;overflow-wrap:anywhere;border:1px solid var(--grid);border-radius:.3rem;padding:.6rem .8rem;max-width:60rem}
 code{font-family:ui-monospace,\"DejaVu Sans Mono\",Menlo,Consolas,monospace;font-size:.9em}
 figure{margin:1.25rem 0 1.75rem}
 .panels{display:flex;flex-wrap:wrap;gap:1rem;align-items:flex-start}
