@@ -389,9 +389,9 @@ impl Arena {
 fn walls(pose: &Pose, size_m: [f64; 2]) -> ArrayVec<Wall, WALLS_MAX> {
     walls_around(pose.position, size_m)
         .into_iter()
-        .map(|wall| Wall {
-            distance: Meters::new(wall.distance.max(0.0)).expect("poses are finite"),
-            bearing: Radians::new(wrapped(wall.bearing - pose.heading)).expect("poses are finite"),
+        .map(|(bearing, distance_m)| Wall {
+            distance: Meters::new(distance_m.max(0.0)).expect("poses are finite"),
+            bearing: Radians::new(wrapped(bearing - pose.heading)).expect("poses are finite"),
         })
         .collect()
 }

@@ -19,13 +19,14 @@ pub use air::Crowding;
 
 use crate::{
     frame::Pose,
+    lists::Lists,
     packets::Packets,
     random::{Draws, Purpose},
     scenario::{Access, Scenario},
 };
 
 use air::Air;
-use reach::{Reach, Rules};
+use reach::{Reach, Reached, Rules};
 
 /// What the channel has to know of a tick.
 #[derive(Clone, Copy, Debug)]
@@ -138,20 +139,26 @@ fn instant(
     transmit: &mut dyn FnMut(u32, Packet) -> Packet,
 ) -> Vec<Reception> {
     let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
-    let mut heard: Vec<Vec<Reception>> = vec![Vec::new(); moment.poses.len()];
-    for (sender, said) in moment.said.iter().enumerate() {
-        let Some(packet) = said else { continue };
-        let sender = sender as u32;
-        let packet = transmit(sender, *packet);
-        let reached = reach.of(sender, cycle);
+    let mut reached = Reached::default();
+    let mut spoken: Vec<Option<Packet>> = moment.said.to_vec();
+    let mut flights = Vec::new();
+    for (sender, spoken) in spoken.iter_mut().enumerate() {
+        let Some(packet) = spoken else { continue };
+        *packet = transmit(sender as u32, *packet);
+        reach.of(sender as u32, cycle, &mut reached);
         packets.sent += 1;
         packets.in_range += reached.in_range();
         packets.lost_range += reach.listeners() - 1 - reached.in_range();
         packets.lost_edge += u64::from(reached.faded);
         packets.occluded += u64::from(reached.occluded);
-        for &receiver in &reached.robots {
-            heard[receiver as usize].push(Reception { sender, receiver, number: cycle, packet });
-        }
+        flights.extend(reached.robots.iter().map(|&receiver| (receiver as usize, sender)));
     }
-    heard.concat()
+    let mut received = Vec::with_capacity(flights.len());
+    for (receiver, senders) in (0..).zip(Lists::grouped(spoken.len(), &flights).iter()) {
+        received.extend(senders.iter().filter_map(|&sender| {
+            let packet = spoken[sender]?;
+            Some(Reception { sender: sender as u32, receiver, number: cycle, packet })
+        }));
+    }
+    received
 }

@@ -14,11 +14,15 @@ use crate::frame::Pose;
 
 /// A digest in the making.
 #[derive(Clone)]
-pub struct Digest(XxHash3_128);
+pub struct Digest {
+    hasher: XxHash3_128,
+    /// One robot's tick, on its way: the hasher takes many bytes at once faster than a few many times.
+    bytes: Vec<u8>,
+}
 
 impl Default for Digest {
     fn default() -> Self {
-        Self(XxHash3_128::new())
+        Self { hasher: XxHash3_128::new(), bytes: Vec::new() }
     }
 }
 
@@ -35,11 +39,13 @@ impl Digest {
             self.id(delivery.packet.sender);
             self.number(delivery.packet.sequence.into());
         }
+        self.hasher.write(&self.bytes);
+        self.bytes.clear();
     }
 
     /// The digest so far, as 32 hexadecimal digits.
     pub fn hex(&self) -> String {
-        format!("{:032x}", self.0.finish_128())
+        format!("{:032x}", self.hasher.finish_128())
     }
 
     fn id(&mut self, robot: RobotId) {
@@ -47,7 +53,7 @@ impl Digest {
     }
 
     fn number(&mut self, value: u64) {
-        self.0.write(&value.to_le_bytes());
+        self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 }
 

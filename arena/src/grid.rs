@@ -1,7 +1,7 @@
 //! A spatial grid: who is within a radius, at a cost that grows with the answer and not with the
 //! swarm.
 
-use crate::frame::ArenaPoint;
+use crate::{frame::ArenaPoint, lists::Lists};
 
 /// Points sorted into square cells.
 #[derive(Clone, Debug)]
@@ -9,9 +9,8 @@ pub(crate) struct Grid {
     cell_m: f64,
     columns: usize,
     rows: usize,
-    /// Where each cell's points begin in `members`; one more entry than cells.
-    starts: Vec<u32>,
-    members: Vec<u32>,
+    /// The points of each cell, row by row.
+    cells: Lists,
 }
 
 impl Grid {
@@ -24,21 +23,10 @@ impl Grid {
         let cell_m = radius_m.max(roomy);
         let count = |length: f64| (length / cell_m).floor() as usize + 1;
         let (columns, rows) = (count(size_m[0]), count(size_m[1]));
-        let mut grid =
-            Self { cell_m, columns, rows, starts: vec![0; columns * rows + 1], members: Vec::new() };
-        let cells: Vec<usize> = points.iter().map(|point| grid.cell_of(point)).collect();
-        for &cell in &cells {
-            grid.starts[cell + 1] += 1;
-        }
-        for cell in 0..columns * rows {
-            grid.starts[cell + 1] += grid.starts[cell];
-        }
-        let mut next = grid.starts.clone();
-        grid.members = vec![0; points.len()];
-        for (index, &cell) in cells.iter().enumerate() {
-            grid.members[next[cell] as usize] = index as u32;
-            next[cell] += 1;
-        }
+        let mut grid = Self { cell_m, columns, rows, cells: Lists::default() };
+        let entries: Vec<_> =
+            points.iter().zip(0..).map(|(point, index)| (grid.cell_of(point), index)).collect();
+        grid.cells = Lists::grouped(columns * rows, &entries);
         grid
     }
 
@@ -49,9 +37,8 @@ impl Grid {
         let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
         let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
         rows.flat_map(move |row| {
-            let first = self.starts[row * self.columns + columns.start()] as usize;
-            let last = self.starts[row * self.columns + columns.end() + 1] as usize;
-            self.members[first..last].iter().map(|&index| index as usize)
+            let first = row * self.columns;
+            self.cells.joined(first + columns.start()..first + columns.end() + 1).iter().copied()
         })
     }
 

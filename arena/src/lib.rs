@@ -15,6 +15,7 @@ pub mod frame;
 mod grid;
 pub mod hearing;
 pub mod light;
+pub mod lists;
 pub mod measurement;
 pub mod metrics;
 pub mod packets;

@@ -134,8 +134,8 @@ impl Partition {
         let neighbors = delaunay_neighbors(&sites);
         let cells = sites
             .iter()
-            .zip(neighbors)
-            .map(|(&site, near)| cell_in_arena(site, near.into_iter().map(|other| sites[other]), size_m))
+            .zip(neighbors.iter())
+            .map(|(&site, near)| cell_in_arena(site, near.iter().map(|&other| sites[other]), size_m))
             .collect();
         Self { sites, cells }
     }

@@ -15,9 +15,9 @@ use protocol::{
     setup::Closure,
     units::{Meters, Radians},
 };
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation, handles::VertexHandle};
 
-use crate::frame::ArenaPoint;
+use crate::{frame::ArenaPoint, lists::Lists};
 
 /// The walls bound every cell, so no closing rule is ever asked for.
 const UNUSED_CLOSURE: Closure = {
@@ -42,21 +42,24 @@ impl HasPosition for Site {
 /// neighbors inside the arena; the excess ones cut nothing.
 ///
 /// Points at exactly the same spot share their neighbors, and are each other's.
-pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Vec<Vec<usize>> {
-    // Equal points become one site; the lowest index stands for them all.
-    let mut order: Vec<usize> = (0..points.len()).collect();
-    let key = |&index: &usize| (points[index].x, points[index].y);
-    order.sort_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    let spots: Vec<&[usize]> = order.chunk_by(|a, b| points[*a] == points[*b]).collect();
+pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Lists {
+    delaunay_neighbors_among(points, |_| true)
+}
 
+/// The same among those points that `counts` names; the others have no neighbors.
+pub(crate) fn delaunay_neighbors_among(points: &[ArenaPoint], counts: impl Fn(usize) -> bool) -> Lists {
+    // Sorted, equal points stand together. They become one site.
+    let mut sorted: Vec<(ArenaPoint, usize)> = points.iter().copied().zip(0..).collect();
+    sorted.retain(|&(_, index)| counts(index));
+    sorted.sort_unstable_by(|(a, a_index), (b, b_index)| {
+        a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then(a_index.cmp(b_index))
+    });
+    let spots: Vec<&[(ArenaPoint, usize)]> = sorted.chunk_by(|(a, _), (b, _)| a == b).collect();
     let sites = spots
         .iter()
         .enumerate()
         .map(|(index, spot)| {
-            let point = points[spot[0]];
+            let (point, _) = spot[0];
             // spade refuses coordinates so small that its predicates would underflow.
             let position = spade::mitigate_underflow(Point2::new(point.x, point.y));
             Site { position, index }
@@ -65,17 +68,25 @@ pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Vec<Vec<usize>> {
     let triangulation = DelaunayTriangulation::<Site>::bulk_load_stable(sites)
         .expect("positions are finite, and underflow is mitigated");
 
-    let mut neighbors = vec![Vec::new(); points.len()];
+    let mut vertex_of = vec![None; points.len()];
     for vertex in triangulation.vertices() {
-        let own = spots[vertex.data().index];
-        let mut around: Vec<usize> =
-            vertex.out_edges().flat_map(|edge| spots[edge.to().data().index]).chain(own).copied().collect();
-        around.sort_unstable();
-        for &index in own {
-            neighbors[index] = around.iter().copied().filter(|&other| other != index).collect();
+        for &(_, index) in spots[vertex.data().index] {
+            vertex_of[index] = Some(vertex);
         }
     }
-    neighbors
+    let robots_at =
+        |vertex: &VertexHandle<'_, Site>| spots[vertex.data().index].iter().map(|&(_, index)| index);
+    // Being a neighbor is mutual: whoever enters its name into its neighbors' lists, one point after
+    // the other, leaves all of them sorted.
+    let mut entries = Vec::with_capacity(6 * points.len());
+    for (index, vertex) in vertex_of.iter().enumerate() {
+        let Some(vertex) = vertex else { continue };
+        let on_the_spot = robots_at(vertex).filter(|&other| other != index);
+        entries.extend(on_the_spot.map(|other| (other, index)));
+        let around = vertex.out_edges().map(|edge| edge.to());
+        entries.extend(around.flat_map(|near| robots_at(&near)).map(|other| (other, index)));
+    }
+    Lists::grouped(points.len(), &entries)
 }
 
 /// The cell of a robot at `robot` among `others`, cut to the arena, relative to the robot in the
@@ -96,19 +107,16 @@ pub fn cell_in_arena(
         let bearing = Radians::new(libm::atan2(away.y, away.x)).expect("positions are finite");
         HalfPlane::bisector(libm::hypot(away.x, away.y), bearing)
     }));
-    lines.extend(walls_around(robot, size_m));
+    lines
+        .extend(walls_around(robot, size_m).map(|(bearing, distance_m)| HalfPlane::new(bearing, distance_m)));
     local_cell(&mut lines, &UNUSED_CLOSURE).expect("four walls bound every cell")
 }
 
-/// The four walls as half-planes relative to `robot`, in the arena's axes: right, top, left, bottom.
-pub fn walls_around(robot: ArenaPoint, [width, height]: [f64; 2]) -> [HalfPlane; 4] {
+/// The four walls around `robot`: bearing of the outward normal in the arena's axes, and distance.
+/// Right, top, left, bottom.
+pub fn walls_around(robot: ArenaPoint, [width, height]: [f64; 2]) -> [(f64, f64); 4] {
     let quarter = std::f64::consts::FRAC_PI_2;
-    [
-        HalfPlane::new(0.0, width - robot.x),
-        HalfPlane::new(quarter, height - robot.y),
-        HalfPlane::new(2.0 * quarter, robot.x),
-        HalfPlane::new(-quarter, robot.y),
-    ]
+    [(0.0, width - robot.x), (quarter, height - robot.y), (2.0 * quarter, robot.x), (-quarter, robot.y)]
 }
 
 #[cfg(test)]
@@ -128,7 +136,7 @@ mod tests {
             .iter()
             .zip(neighbors)
             .map(|(&point, near)| {
-                area(&cell_in_arena(point, near.into_iter().map(|other| points[other]), [1.0, 1.0]))
+                area(&cell_in_arena(point, near.iter().map(|&other| points[other]), [1.0, 1.0]))
             })
             .collect()
     }

@@ -34,18 +34,22 @@ pub fn local_cell(lines: &mut HalfPlanes, rules: &Closure) -> Option<Polygon> {
         a.bearing.total_cmp(&b.bearing).then_with(|| a.distance.total_cmp(&b.distance))
     });
     let nearest = nearest(lines)?;
-    let cell = match closure::opening(lines, rules) {
-        Opening::OneBearing => closure::triangle(&lines[nearest], rules),
-        Opening::Gaps(closing) if closing.is_empty() => intersection(lines),
-        Opening::Gaps(closing) => {
-            for line in closing {
-                let at = lines.partition_point(|known| known.bearing < line.bearing);
-                lines.insert(at, line);
+    // Filled where it is returned: a polygon is slow to move, too.
+    let mut cell = Some(Polygon::new());
+    if let Some(cell) = &mut cell {
+        match closure::opening(lines, rules) {
+            Opening::OneBearing => cell.extend(closure::triangle(&lines[nearest], rules)),
+            Opening::Gaps(closing) => {
+                for line in closing {
+                    let at = lines.partition_point(|known| known.bearing < line.bearing);
+                    lines.insert(at, line);
+                }
+                intersect(lines, cell);
             }
-            intersection(lines)
         }
-    };
-    Some(closure::capped(cell, rules))
+        closure::cap(cell, rules);
+    }
+    cell
 }
 
 /// Index of the line nearest to the robot, the first of equals.
@@ -53,8 +57,8 @@ fn nearest(lines: &[HalfPlane]) -> Option<usize> {
     (0..lines.len()).min_by(|&a, &b| lines[a].distance.total_cmp(&lines[b].distance))
 }
 
-/// The polygon that half-planes sorted by bearing cut out, where no gap reaches π.
-fn intersection(lines: &[HalfPlane]) -> Polygon {
+/// Fills `cell` with the polygon that half-planes sorted by bearing cut out, where no gap reaches π.
+fn intersect(lines: &[HalfPlane], cell: &mut Polygon) {
     let start = nearest(lines).expect("the caller passes at least one line");
     let first = &lines[start];
     let mut hull: ArrayVec<&HalfPlane, HALF_PLANES_MAX> = ArrayVec::new();
@@ -74,7 +78,8 @@ fn intersection(lines: &[HalfPlane]) -> Polygon {
     while hull.len() > 2 && hides(first, hull[hull.len() - 1], hull[hull.len() - 2]) {
         hull.pop();
     }
-    hull.iter().zip(hull.iter().cycle().skip(1)).map(|(line, next)| line.crossing(next)).collect()
+    let next = hull[1..].iter().chain(&hull[..1]);
+    cell.extend(hull.iter().zip(next).map(|(line, next)| line.crossing(next)));
 }
 
 /// Whether `middle` no longer shows between `before` and `after`: their crossing lies inside it.

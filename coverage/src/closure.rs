@@ -39,7 +39,7 @@ pub enum Opening {
 /// Looks for gaps among `lines`, which are sorted by bearing and not empty.
 pub fn opening(lines: &[HalfPlane], closure: &Closure) -> Opening {
     let mut closing = ArrayVec::new();
-    for (line, next) in lines.iter().zip(lines.iter().cycle().skip(1)) {
+    for (line, next) in lines.iter().zip(lines[1..].iter().chain(&lines[..1])) {
         let gap = if lines.len() == 1 { TAU } else { line.gap_to(next) };
         if gap >= TAU - GAP_EPSILON {
             return Opening::OneBearing;
@@ -56,22 +56,22 @@ pub fn opening(lines: &[HalfPlane], closure: &Closure) -> Opening {
 }
 
 /// The triangle of rule 2 behind the nearest line.
-pub fn triangle(nearest: &HalfPlane, closure: &Closure) -> Polygon {
+pub fn triangle(nearest: &HalfPlane, closure: &Closure) -> [Vector2<f64>; 3] {
     let towards = nearest.normal;
     let base_center = towards * nearest.distance;
     let half_base = Vector2::new(-towards.y, towards.x) * (closure.triangle_base.get() / 2.0);
     let apex = base_center - towards * closure.triangle_height.get();
-    [apex, base_center - half_base, base_center + half_base].into_iter().collect()
+    [apex, base_center - half_base, base_center + half_base]
 }
 
-/// The cell cut to the cap, if there is one and it bites.
-pub fn capped(cell: Polygon, closure: &Closure) -> Polygon {
-    let Some(cap) = closure.cap.map(|cap| cap.get()) else { return cell };
-    if polygon::reach(&cell) <= cap {
-        return cell;
+/// Cuts a cell to the cap, if there is one and it bites.
+pub fn cap(cell: &mut Polygon, closure: &Closure) {
+    let Some(cap) = closure.cap.map(|cap| cap.get()) else { return };
+    if polygon::reach(cell) <= cap {
+        return;
     }
-    (0..CAP_SIDES).fold(cell, |cell, side| {
+    for side in 0..CAP_SIDES {
         let line = HalfPlane::new(TAU * side as f64 / CAP_SIDES as f64, cap);
-        polygon::clipped(&cell, |v| line.distance - v.dot(&line.normal))
-    })
+        *cell = polygon::clipped(cell, |v| line.distance - v.dot(&line.normal));
+    }
 }

@@ -40,7 +40,7 @@ impl Controller {
     pub fn step(&mut self, percept: &Percept) -> Command {
         self.neighbors.record(percept.tick, &percept.deliveries);
         let cell = self.local_cell(percept);
-        let goal = cell.and_then(|cell| law::goal(&cell, percept, &self.neighbors, &self.setup));
+        let goal = cell.as_ref().and_then(|cell| law::goal(cell, percept, &self.neighbors, &self.setup));
         let goal = goal.unwrap_or(BodyVector::HERE);
         Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
     }

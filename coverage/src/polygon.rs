@@ -16,7 +16,8 @@ pub type Polygon = ArrayVec<Vector2<f64>, VERTICES_MAX>;
 
 /// Each edge as (start, end), the closing edge included.
 pub fn edges(polygon: &[Vector2<f64>]) -> impl Iterator<Item = (&Vector2<f64>, &Vector2<f64>)> {
-    polygon.iter().zip(polygon.iter().cycle().skip(1))
+    let (first, rest) = polygon.split_at(polygon.len().min(1));
+    polygon.iter().zip(rest.iter().chain(first))
 }
 
 /// The part of a convex polygon where the affine function `height` is zero or more; empty if that

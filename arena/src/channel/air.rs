@@ -156,7 +156,8 @@ impl Air {
         let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
         for (start_s, sender, number) in starting {
             let Some(packet) = moment.said[sender as usize] else { continue };
-            let reached = reach.of(sender, number);
+            let mut reached = Reached::default();
+            reach.of(sender, number, &mut reached);
             self.degrees[sender as usize] = Some(reached.robots.len() as u32);
             let packet = transmit(sender, packet);
             self.packets.push(Transmission { sender, number, start_s, packet, reached });

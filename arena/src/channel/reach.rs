@@ -5,9 +5,10 @@ use std::cell::Cell;
 use crate::{
     frame::{ArenaPoint, Pose},
     grid::Grid,
+    lists::Lists,
     random::{Draws, Purpose},
     scenario::{ChannelModel, Scenario},
-    voronoi::delaunay_neighbors,
+    voronoi::delaunay_neighbors_among,
 };
 
 /// What decides who is in reach.
@@ -35,6 +36,11 @@ pub(super) struct Reached {
 }
 
 impl Reached {
+    fn clear(&mut self) {
+        self.robots.clear();
+        (self.faded, self.occluded) = (0, 0);
+    }
+
     /// Robots in range, whether the packet got there or not.
     pub(super) fn in_range(&self) -> u64 {
         self.robots.len() as u64 + u64::from(self.faded) + u64::from(self.occluded)
@@ -47,9 +53,15 @@ pub(super) struct Reach<'a> {
     positions: Vec<ArenaPoint>,
     listening: Vec<bool>,
     listeners: u64,
-    grid: Grid,
-    /// Delaunay neighbors of each robot, if they are what counts.
-    voronoi: Option<Vec<Vec<usize>>>,
+    near: Near,
+}
+
+/// Who may be in reach.
+enum Near {
+    /// Robots of the cells around.
+    Grid(Grid),
+    /// Delaunay neighbors, wherever they are.
+    Voronoi(Lists),
 }
 
 impl Rules {
@@ -85,25 +97,18 @@ impl<'a> Reach<'a> {
     pub(super) fn now(rules: &'a Rules, poses: &[Pose], listens: impl Fn(usize) -> bool) -> Self {
         let positions: Vec<ArenaPoint> = poses.iter().map(|pose| pose.position).collect();
         let listening: Vec<bool> = (0..poses.len()).map(listens).collect();
-        let voronoi = (rules.model == ChannelModel::Voronoi).then(|| {
-            let awake: Vec<usize> = (0..poses.len()).filter(|&robot| listening[robot]).collect();
-            let spots: Vec<ArenaPoint> = awake.iter().map(|&robot| positions[robot]).collect();
-            let mut neighbors = vec![Vec::new(); poses.len()];
-            for (&robot, near) in awake.iter().zip(delaunay_neighbors(&spots)) {
-                neighbors[robot] = near.into_iter().map(|other| awake[other]).collect();
+        let near = match rules.model {
+            ChannelModel::Voronoi => {
+                Near::Voronoi(delaunay_neighbors_among(&positions, |robot| listening[robot]))
             }
-            neighbors
-        });
-        let [width, height] = rules.size_m;
-        let look_m = rules.range_m.min(libm::hypot(width, height)) + rules.blocking_radius_m;
-        Self {
-            rules,
-            grid: Grid::new(&positions, rules.size_m, look_m),
-            listeners: listening.iter().filter(|&&listens| listens).count() as u64,
-            positions,
-            listening,
-            voronoi,
-        }
+            ChannelModel::Range => {
+                let [width, height] = rules.size_m;
+                let look_m = rules.range_m.min(libm::hypot(width, height)) + rules.blocking_radius_m;
+                Near::Grid(Grid::new(&positions, rules.size_m, look_m))
+            }
+        };
+        let listeners = listening.iter().filter(|&&listens| listens).count() as u64;
+        Self { rules, positions, listening, listeners, near }
     }
 
     /// How many robots listen.
@@ -111,44 +116,49 @@ impl<'a> Reach<'a> {
         self.listeners
     }
 
-    /// Whom packet `number` of `sender` gets to.
-    pub(super) fn of(&self, sender: u32, number: u64) -> Reached {
-        let (here, index) = (self.positions[sender as usize], sender as usize);
-        let mut reached = Reached::default();
-        let mut meet = |receiver: usize| {
-            if receiver == index || !self.listening[receiver] {
-                return;
+    /// Whom packet `number` of `sender` gets to, written over `reached`.
+    pub(super) fn of(&self, sender: u32, number: u64, reached: &mut Reached) {
+        let index = sender as usize;
+        reached.clear();
+        match &self.near {
+            Near::Voronoi(neighbors) => {
+                for &receiver in &neighbors[index] {
+                    self.meet(sender, receiver, number, 1.0, reached);
+                }
             }
-            let away = self.positions[receiver] - here;
-            let distance_m = libm::hypot(away.x, away.y);
-            let chance = if self.voronoi.is_some() { 1.0 } else { self.rules.chance_at(distance_m) };
-            if chance <= 0.0 {
-                return;
+            Near::Grid(grid) => {
+                let here = self.positions[index];
+                let mut examined = 0;
+                for receiver in grid.around(&here) {
+                    examined += 1;
+                    if receiver != index && self.listening[receiver] {
+                        let away = self.positions[receiver] - here;
+                        let chance = self.rules.chance_at(libm::hypot(away.x, away.y));
+                        self.meet(sender, receiver, number, chance, reached);
+                    }
+                }
+                self.rules.examined.set(self.rules.examined.get() + examined);
+                reached.robots.sort_unstable();
             }
-            let receiver = receiver as u32;
-            let fades = || {
-                let mut draws = Draws::of(self.rules.seed, Purpose::SoftEdge, number, sender, receiver);
-                !draws.chance(chance)
-            };
-            if self.is_blocked(index, receiver as usize) {
-                reached.occluded += 1;
-            } else if chance < 1.0 && fades() {
-                reached.faded += 1;
-            } else {
-                reached.robots.push(receiver);
-            }
-        };
-        let mut examined = 0;
-        match &self.voronoi {
-            Some(neighbors) => neighbors[index].iter().for_each(|&receiver| meet(receiver)),
-            None => self.grid.around(&here).for_each(|receiver| {
-                examined += 1;
-                meet(receiver);
-            }),
         }
-        self.rules.examined.set(self.rules.examined.get() + examined);
-        reached.robots.sort_unstable();
-        reached
+    }
+
+    /// Whether a packet with this chance to get as far as `receiver` gets there.
+    fn meet(&self, sender: u32, receiver: usize, number: u64, chance: f64, reached: &mut Reached) {
+        if chance <= 0.0 {
+            return;
+        }
+        let fades = || {
+            let mut draws = Draws::of(self.rules.seed, Purpose::SoftEdge, number, sender, receiver as u32);
+            !draws.chance(chance)
+        };
+        if self.is_blocked(sender as usize, receiver) {
+            reached.occluded += 1;
+        } else if chance < 1.0 && fades() {
+            reached.faded += 1;
+        } else {
+            reached.robots.push(receiver as u32);
+        }
     }
 
     /// Whether a third body stands between two robots.
@@ -167,10 +177,9 @@ impl<'a> Reach<'a> {
             let along = offset.dot(&way) / length_squared;
             (0.0..=1.0).contains(&along) && (offset - way * along).norm() < radius_m
         };
-        match self.voronoi {
-            // Voronoi neighbors may be anywhere.
-            Some(_) => (0..self.positions.len()).any(blocks),
-            None => self.grid.around(&start).any(blocks),
+        match &self.near {
+            Near::Voronoi(_) => (0..self.positions.len()).any(blocks),
+            Near::Grid(grid) => grid.around(&start).any(blocks),
         }
     }
 }
@@ -194,7 +203,9 @@ mod tests {
     fn reached(rules: &Rules, spots: &[(f64, f64)], number: u64) -> Reached {
         let pose = |&(x, y)| Pose::unturned(ArenaPoint::new(x, y));
         let poses: Vec<_> = spots.iter().map(pose).collect();
-        Reach::now(rules, &poses, |_| true).of(0, number)
+        let mut reached = Reached::default();
+        Reach::now(rules, &poses, |_| true).of(0, number, &mut reached);
+        reached
     }
 
     #[test]
