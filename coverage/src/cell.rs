@@ -30,26 +30,29 @@ pub type HalfPlanes = ArrayVec<HalfPlane, HALF_PLANES_MAX>;
 /// The cell that `lines` bound, closed by the rules of [`closure`] where they leave it open. Sorts
 /// the lines and adds the closing ones; in place, because so large a table is slow to move.
 pub fn local_cell(lines: &mut HalfPlanes, rules: &Closure) -> Option<Polygon> {
+    let mut cell = Polygon::new();
+    cut_cell(&mut cell, lines, rules);
+    (!cell.is_empty()).then_some(cell)
+}
+
+/// The same as vertices of `cell`, which comes empty and stays so if there is no cell: a polygon, too,
+/// is slow to move.
+pub fn cut_cell(cell: &mut Polygon, lines: &mut HalfPlanes, rules: &Closure) {
     lines.sort_unstable_by(|a, b| {
         a.bearing.total_cmp(&b.bearing).then_with(|| a.distance.total_cmp(&b.distance))
     });
-    let nearest = nearest(lines)?;
-    // Filled where it is returned: a polygon is slow to move, too.
-    let mut cell = Some(Polygon::new());
-    if let Some(cell) = &mut cell {
-        match closure::opening(lines, rules) {
-            Opening::OneBearing => cell.extend(closure::triangle(&lines[nearest], rules)),
-            Opening::Gaps(closing) => {
-                for line in closing {
-                    let at = lines.partition_point(|known| known.bearing < line.bearing);
-                    lines.insert(at, line);
-                }
-                intersect(lines, cell);
+    let Some(nearest) = nearest(lines) else { return };
+    match closure::opening(lines, rules) {
+        Opening::OneBearing => cell.extend(closure::triangle(&lines[nearest], rules)),
+        Opening::Gaps(closing) => {
+            for line in closing {
+                let at = lines.partition_point(|known| known.bearing < line.bearing);
+                lines.insert(at, line);
             }
+            intersect(lines, cell);
         }
-        closure::cap(cell, rules);
     }
-    cell
+    closure::cap(cell, rules);
 }
 
 /// Index of the line nearest to the robot, the first of equals.

@@ -6,7 +6,7 @@ use protocol::{
 };
 
 use crate::{
-    cell::{COINCIDENT_M, HalfPlanes, local_cell},
+    cell::{COINCIDENT_M, HalfPlanes, cut_cell},
     half_plane::HalfPlane,
     law,
     neighbors::NeighborTable,
@@ -39,8 +39,9 @@ impl Controller {
     /// The robot stays where it is if it has no cell, or if its cell has no positive mass.
     pub fn step(&mut self, percept: &Percept) -> Command {
         self.neighbors.record(percept.tick, &percept.deliveries);
-        let cell = self.local_cell(percept);
-        let goal = cell.as_ref().and_then(|cell| law::goal(cell, percept, &self.neighbors, &self.setup));
+        let mut cell = Polygon::new();
+        self.cut_cell(&mut cell, percept);
+        let goal = if cell.is_empty() { None } else { law::goal(&cell, percept, &self.neighbors, &self.setup) };
         let goal = goal.unwrap_or(BodyVector::HERE);
         Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
     }
@@ -50,7 +51,7 @@ impl Controller {
         &self.neighbors
     }
 
-    fn local_cell(&self, percept: &Percept) -> Option<Polygon> {
+    fn cut_cell(&self, cell: &mut Polygon, percept: &Percept) {
         let bisectors = self
             .neighbors
             .iter()
@@ -60,7 +61,7 @@ impl Controller {
         let mut lines = HalfPlanes::new();
         lines.extend(bisectors);
         lines.extend(percept.walls.iter().map(HalfPlane::wall));
-        local_cell(&mut lines, &self.setup.closure)
+        cut_cell(cell, &mut lines, &self.setup.closure);
     }
 
     /// u = k(Ĉ − p), no faster than the cap.

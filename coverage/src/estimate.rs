@@ -1,6 +1,8 @@
 //! The robot's picture of the sensory function: φ̂(q) = φ(p) + ∇φ · (q − p) (eq. 13), here with
 //! p = 0, so c1 = φ(p) and the gradient is [c2 c3]ᵀ.
 
+use core::ops::Deref;
+
 use nalgebra::Vector2;
 use protocol::{
     frame::BodyVector,
@@ -48,8 +50,32 @@ impl LinearField {
     }
 
     /// V+: the part of a cell where φ̂ is not negative (eq. 12); empty if that has no area.
-    pub fn positive_part(&self, cell: &[Vector2<f64>]) -> Polygon {
-        clipped(cell, |vertex| self.at(vertex))
+    pub fn positive_part<'a>(&self, cell: &'a [Vector2<f64>]) -> PositivePart<'a> {
+        if cell.len() >= 3 && cell.iter().all(|vertex| self.at(vertex) >= 0.0) {
+            return PositivePart::Whole(cell);
+        }
+        PositivePart::Cut(clipped(cell, |vertex| self.at(vertex)))
+    }
+}
+
+/// V+, as vertices: most of the time the cell itself, which then need not be copied.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no allocation in this crate")]
+pub enum PositivePart<'a> {
+    /// φ̂ is negative nowhere in the cell.
+    Whole(&'a [Vector2<f64>]),
+    /// What is left of the cell.
+    Cut(Polygon),
+}
+
+impl Deref for PositivePart<'_> {
+    type Target = [Vector2<f64>];
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Whole(cell) => cell,
+            Self::Cut(part) => part,
+        }
     }
 }
 

@@ -72,14 +72,12 @@ impl NeighborTable {
             self.refused.own += 1;
             return;
         }
-        let place = match self.neighbors.last() {
-            Some(last) if id.index <= last.id().index => {
-                self.neighbors.binary_search_by_key(&id.index, |known| known.id().index)
-            }
-            // Deliveries come sorted by sender, so in a fresh table all news goes to the end.
-            _ => Err(self.neighbors.len()),
-        };
-        match place {
+        // Deliveries come sorted by sender, so in a fresh table all news goes to the end.
+        let is_last = self.neighbors.last().is_none_or(|last| last.id().index < id.index);
+        if is_last && !self.neighbors.is_full() {
+            return self.neighbors.push(news);
+        }
+        match self.neighbors.binary_search_by_key(&id.index, |known| known.id().index) {
             Ok(at) if supersedes(&news, &self.neighbors[at]) => self.neighbors[at] = news,
             Ok(_) => self.refused.outdated += 1,
             Err(at) => self.insert(at, news),
