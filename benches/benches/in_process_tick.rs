@@ -1,0 +1,65 @@
+//! Instructions of whole ticks in process, counted by callgrind: `Arena::tick` and the
+//! `Controller::step` of every robot, in `scenarios/one-gaussian.toml`.
+//!
+//! Divide by the ticks counted and by the robots: instructions per robot-step. The world has been
+//! made, and has played some ticks, outside what is counted.
+
+#![forbid(unsafe_code)]
+#![allow(missing_docs)] // Gungraun's macros make public items that nobody can document.
+
+use std::{hint::black_box, path::Path};
+
+use arena::{Arena, scenario::Scenario};
+use coverage::Controller;
+use gungraun::{library_benchmark, library_benchmark_group, main};
+use protocol::{command::Command, robot_id::RobotId, setup::Mode};
+
+/// Ticks before those that are counted: the tables are full and memory has been touched.
+const TICKS_BEFORE: usize = 5;
+/// Ticks that are counted.
+const TICKS_COUNTED: usize = 20;
+
+/// An arena, the minds in it, and what they have answered last.
+struct Swarm {
+    arena: Arena,
+    controllers: Vec<Controller>,
+    answers: Vec<Option<Command>>,
+}
+
+impl Swarm {
+    fn tick(&mut self) {
+        // In this scenario every tick begins a neighbor cycle.
+        let percepts = self.arena.tick(&self.answers).expect("percepts for everyone");
+        for ((controller, percept), answer) in self.controllers.iter_mut().zip(percepts).zip(&mut self.answers) {
+            *answer = Some(controller.step(percept));
+        }
+    }
+}
+
+fn swarm_of(robots: u32) -> Box<Swarm> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let count = format!("robots.count={robots}").parse().expect("an override");
+    let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &[count])
+        .unwrap_or_else(|error| panic!("{error}"));
+    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let mut controllers: Vec<_> =
+        (0..robots).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+    let answers = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
+    let arena = Arena::new(&scenario).expect("robots without a radius find room");
+    let mut swarm = Box::new(Swarm { arena, controllers, answers });
+    (0..TICKS_BEFORE).for_each(|_| swarm.tick());
+    swarm
+}
+
+// The swarm is handed back, so that dropping it is not counted.
+#[library_benchmark]
+#[bench::ten_robots(swarm_of(10))]
+#[bench::hundred_robots(swarm_of(100))]
+#[bench::thousand_robots(swarm_of(1000))]
+fn twenty_ticks(mut swarm: Box<Swarm>) -> Box<Swarm> {
+    (0..TICKS_COUNTED).for_each(|_| swarm.tick());
+    black_box(swarm)
+}
+
+library_benchmark_group!(name = in_process, benchmarks = twenty_ticks);
+main!(library_benchmark_groups = in_process);
