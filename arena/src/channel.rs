@@ -18,6 +18,7 @@ use protocol::{packet::Packet, percept::Tick};
 pub use air::Crowding;
 
 use crate::{
+    delaunay::Delaunay,
     frame::Pose,
     lists::Lists,
     packets::Packets,
@@ -60,6 +61,7 @@ pub struct Reception {
 #[derive(Clone, Debug)]
 pub struct Channel {
     rules: Rules,
+    delaunay: Delaunay,
     medium: Medium,
     loss: f64,
     seed: u64,
@@ -82,6 +84,7 @@ impl Channel {
         };
         Self {
             rules: Rules::new(scenario),
+            delaunay: Delaunay::default(),
             medium,
             loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
             seed: scenario.seed,
@@ -96,12 +99,13 @@ impl Channel {
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> Vec<Reception> {
+        let (rules, delaunay) = (&self.rules, &mut self.delaunay);
         let mut received = match &mut self.medium {
             Medium::Instant => match moment.cycle {
-                Some(cycle) => instant(&self.rules, moment, cycle, packets, transmit),
+                Some(cycle) => instant(rules, delaunay, moment, cycle, packets, transmit),
                 None => Vec::new(),
             },
-            Medium::Timed(air) => air.play(&self.rules, moment, packets, transmit),
+            Medium::Timed(air) => air.play(rules, delaunay, moment, packets, transmit),
         };
         if self.loss > 0.0 {
             let before = received.len();
@@ -133,12 +137,13 @@ impl Channel {
 /// Every speaker is heard by all in reach.
 fn instant(
     rules: &Rules,
+    delaunay: &mut Delaunay,
     moment: &Moment<'_>,
     cycle: u64,
     packets: &mut Packets,
     transmit: &mut dyn FnMut(u32, Packet) -> Packet,
 ) -> Vec<Reception> {
-    let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
+    let reach = Reach::now(rules, delaunay, moment.poses, |robot| moment.said[robot].is_some());
     let mut reached = Reached::default();
     let mut spoken: Vec<Option<Packet>> = moment.said.to_vec();
     let mut flights = Vec::new();

@@ -8,6 +8,7 @@
 
 pub mod arena;
 pub mod channel;
+mod delaunay;
 pub mod digest;
 pub mod fault;
 pub mod field;

@@ -5,6 +5,7 @@
 //! robots build themselves. Delaunay is spade's (exact predicates); cells are cut by the same code
 //! as the robots'.
 
+use crate::{delaunay::Delaunay, frame::ArenaPoint, lists::Lists};
 use coverage::{
     cell::{HalfPlanes, local_cell},
     half_plane::HalfPlane,
@@ -15,9 +16,6 @@ use protocol::{
     setup::Closure,
     units::{Meters, Radians},
 };
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation, handles::VertexHandle};
-
-use crate::{frame::ArenaPoint, lists::Lists};
 
 /// The walls bound every cell, so no closing rule is ever asked for.
 const UNUSED_CLOSURE: Closure = {
@@ -25,68 +23,12 @@ const UNUSED_CLOSURE: Closure = {
     Closure { triangle_base: zero, triangle_height: zero, close_distance: zero, cap: None }
 };
 
-struct Site {
-    position: Point2<f64>,
-    index: usize,
-}
-
-impl HasPosition for Site {
-    type Scalar = f64;
-
-    fn position(&self) -> Point2<f64> {
-        self.position
-    }
-}
-
 /// For each point the indices of its Delaunay neighbors, ascending. A superset of the Voronoi
 /// neighbors inside the arena; the excess ones cut nothing.
 ///
 /// Points at exactly the same spot share their neighbors, and are each other's.
 pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Lists {
-    delaunay_neighbors_among(points, |_| true)
-}
-
-/// The same among those points that `counts` names; the others have no neighbors.
-pub(crate) fn delaunay_neighbors_among(points: &[ArenaPoint], counts: impl Fn(usize) -> bool) -> Lists {
-    // Sorted, equal points stand together. They become one site.
-    let mut sorted: Vec<(ArenaPoint, usize)> = points.iter().copied().zip(0..).collect();
-    sorted.retain(|&(_, index)| counts(index));
-    sorted.sort_unstable_by(|(a, a_index), (b, b_index)| {
-        a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then(a_index.cmp(b_index))
-    });
-    let spots: Vec<&[(ArenaPoint, usize)]> = sorted.chunk_by(|(a, _), (b, _)| a == b).collect();
-    let sites = spots
-        .iter()
-        .enumerate()
-        .map(|(index, spot)| {
-            let (point, _) = spot[0];
-            // spade refuses coordinates so small that its predicates would underflow.
-            let position = spade::mitigate_underflow(Point2::new(point.x, point.y));
-            Site { position, index }
-        })
-        .collect();
-    let triangulation = DelaunayTriangulation::<Site>::bulk_load_stable(sites)
-        .expect("positions are finite, and underflow is mitigated");
-
-    let mut vertex_of = vec![None; points.len()];
-    for vertex in triangulation.vertices() {
-        for &(_, index) in spots[vertex.data().index] {
-            vertex_of[index] = Some(vertex);
-        }
-    }
-    let robots_at =
-        |vertex: &VertexHandle<'_, Site>| spots[vertex.data().index].iter().map(|&(_, index)| index);
-    // Being a neighbor is mutual: whoever enters its name into its neighbors' lists, one point after
-    // the other, leaves all of them sorted.
-    let mut entries = Vec::with_capacity(6 * points.len());
-    for (index, vertex) in vertex_of.iter().enumerate() {
-        let Some(vertex) = vertex else { continue };
-        let on_the_spot = robots_at(vertex).filter(|&other| other != index);
-        entries.extend(on_the_spot.map(|other| (other, index)));
-        let around = vertex.out_edges().map(|edge| edge.to());
-        entries.extend(around.flat_map(|near| robots_at(&near)).map(|other| (other, index)));
-    }
-    Lists::grouped(points.len(), &entries)
+    Delaunay::of(points, &vec![true; points.len()]).into_neighbors()
 }
 
 /// The cell of a robot at `robot` among `others`, cut to the arena, relative to the robot in the
@@ -134,7 +76,7 @@ mod tests {
         let neighbors = delaunay_neighbors(points);
         points
             .iter()
-            .zip(neighbors)
+            .zip(neighbors.iter())
             .map(|(&point, near)| {
                 area(&cell_in_arena(point, near.iter().map(|&other| points[other]), [1.0, 1.0]))
             })

@@ -30,7 +30,9 @@ impl Swarm {
     fn tick(&mut self) {
         // In this scenario every tick begins a neighbor cycle.
         let percepts = self.arena.tick(&self.answers).expect("percepts for everyone");
-        for ((controller, percept), answer) in self.controllers.iter_mut().zip(percepts).zip(&mut self.answers) {
+        for ((controller, percept), answer) in
+            self.controllers.iter_mut().zip(percepts).zip(&mut self.answers)
+        {
             *answer = Some(controller.step(percept));
         }
     }

@@ -11,6 +11,7 @@ use super::{
     reach::{Reach, Reached, Rules},
 };
 use crate::{
+    delaunay::Delaunay,
     packets::Packets,
     scenario::{Capture, Scenario},
 };
@@ -126,12 +127,13 @@ impl Air {
     pub(super) fn play(
         &mut self,
         rules: &Rules,
+        delaunay: &mut Delaunay,
         moment: &Moment<'_>,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> Vec<Reception> {
         self.played_s = moment.time_s;
-        let listeners = self.send_up(rules, moment, transmit);
+        let listeners = self.send_up(rules, delaunay, moment, transmit);
         let received = self.bring_down(moment, listeners, packets);
         self.forget();
         received
@@ -141,6 +143,7 @@ impl Air {
     fn send_up(
         &mut self,
         rules: &Rules,
+        delaunay: &mut Delaunay,
         moment: &Moment<'_>,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> u64 {
@@ -153,7 +156,7 @@ impl Air {
             }
         }
         starting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let reach = Reach::now(rules, moment.poses, |robot| moment.said[robot].is_some());
+        let reach = Reach::now(rules, delaunay, moment.poses, |robot| moment.said[robot].is_some());
         for (start_s, sender, number) in starting {
             let Some(packet) = moment.said[sender as usize] else { continue };
             let mut reached = Reached::default();

@@ -3,12 +3,12 @@
 use std::cell::Cell;
 
 use crate::{
+    delaunay::Delaunay,
     frame::{ArenaPoint, Pose},
     grid::Grid,
     lists::Lists,
     random::{Draws, Purpose},
     scenario::{ChannelModel, Scenario},
-    voronoi::delaunay_neighbors_among,
 };
 
 /// What decides who is in reach.
@@ -53,15 +53,15 @@ pub(super) struct Reach<'a> {
     positions: Vec<ArenaPoint>,
     listening: Vec<bool>,
     listeners: u64,
-    near: Near,
+    near: Near<'a>,
 }
 
 /// Who may be in reach.
-enum Near {
+enum Near<'a> {
     /// Robots of the cells around.
     Grid(Grid),
     /// Delaunay neighbors, wherever they are.
-    Voronoi(Lists),
+    Voronoi(&'a Lists),
 }
 
 impl Rules {
@@ -94,12 +94,19 @@ impl Rules {
 }
 
 impl<'a> Reach<'a> {
-    pub(super) fn now(rules: &'a Rules, poses: &[Pose], listens: impl Fn(usize) -> bool) -> Self {
+    /// `delaunay` is followed to `poses` if Voronoi neighbors count.
+    pub(super) fn now(
+        rules: &'a Rules,
+        delaunay: &'a mut Delaunay,
+        poses: &[Pose],
+        listens: impl Fn(usize) -> bool,
+    ) -> Self {
         let positions: Vec<ArenaPoint> = poses.iter().map(|pose| pose.position).collect();
         let listening: Vec<bool> = (0..poses.len()).map(listens).collect();
         let near = match rules.model {
             ChannelModel::Voronoi => {
-                Near::Voronoi(delaunay_neighbors_among(&positions, |robot| listening[robot]))
+                delaunay.follow(&positions, &listening);
+                Near::Voronoi(delaunay.neighbors())
             }
             ChannelModel::Range => {
                 let [width, height] = rules.size_m;
@@ -204,7 +211,7 @@ mod tests {
         let pose = |&(x, y)| Pose::unturned(ArenaPoint::new(x, y));
         let poses: Vec<_> = spots.iter().map(pose).collect();
         let mut reached = Reached::default();
-        Reach::now(rules, &poses, |_| true).of(0, number, &mut reached);
+        Reach::now(rules, &mut Delaunay::default(), &poses, |_| true).of(0, number, &mut reached);
         reached
     }
 
