@@ -41,7 +41,8 @@ impl Controller {
         self.neighbors.record(percept.tick, &percept.deliveries);
         let mut cell = Polygon::new();
         self.cut_cell(&mut cell, percept);
-        let goal = if cell.is_empty() { None } else { law::goal(&cell, percept, &self.neighbors, &self.setup) };
+        let goal =
+            if cell.is_empty() { None } else { law::goal(&cell, percept, &self.neighbors, &self.setup) };
         let goal = goal.unwrap_or(BodyVector::HERE);
         Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
     }
