@@ -92,6 +92,8 @@ pub enum Mark {
     Corrected,
     /// Not as claimed.
     No,
+    /// Measured here; the paper claims nothing.
+    Beyond,
     /// Nothing to judge by.
     Missing,
 }
@@ -115,6 +117,7 @@ impl Mark {
             Self::Yes => "reproduced",
             Self::Corrected => "reproduced with a correction",
             Self::No => "not reproduced",
+            Self::Beyond => "beyond the paper",
             Self::Missing => "missing",
         }
     }
@@ -124,6 +127,7 @@ impl Mark {
             Self::Yes => ("✓", "yes"),
             Self::Corrected => ("≈", "corrected"),
             Self::No => ("✗", "no"),
+            Self::Beyond => ("+", "beyond"),
             Self::Missing => ("–", "missing"),
         }
     }
@@ -310,7 +314,7 @@ th,td{text-align:left;vertical-align:top;padding:.25rem .75rem .25rem 0;border-b
 thead th{border-bottom:2px solid var(--mark)}
 .number{text-align:right;white-space:nowrap}
 .mark{font-weight:600;white-space:nowrap}
-.mark.yes{color:var(--green)}.mark.corrected{color:var(--orange)}.mark.no{color:var(--vermillion)}
+.mark.yes{color:var(--green)}.mark.corrected{color:var(--orange)}.mark.no{color:var(--vermillion)}.mark.beyond{color:var(--blue)}
 @media print{
 @page{margin:15mm}
 body{font-size:10pt}

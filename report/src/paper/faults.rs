@@ -15,6 +15,7 @@ use crate::{
     stats::Stats,
 };
 
+const SHORT_RANGE: &str = "Section V.A: a short range means fewer packet collisions";
 /// Rings of the densities.
 const RINGS: usize = 10;
 
@@ -31,7 +32,7 @@ struct Kind {
 const KINDS: [Kind; 3] = [
     Kind {
         name: "collisions",
-        claim: "a short range lowers collisions (Section V.A); does it help?",
+        claim: SHORT_RANGE,
         axis: "range (m)",
         unit: "m",
         caption: "Section V on the SwarmBots' own infrared (packets collide, half duplex, noise) over its range",
@@ -39,7 +40,7 @@ const KINDS: [Kind; 3] = [
     },
     Kind {
         name: "loss",
-        claim: "robust when packets are lost",
+        claim: "Section V while packets are lost",
         axis: "share of packets lost",
         unit: "",
         caption: "Section V while packets are lost by chance",
@@ -47,7 +48,7 @@ const KINDS: [Kind; 3] = [
     },
     Kind {
         name: "kills",
-        claim: "robust when robots die",
+        claim: "Section V while robots are killed",
         axis: "share of robots killed at 30 s",
         unit: "",
         caption: "Section V with a share of the robots killed at 30 s; killed bodies stay where they are",
@@ -90,33 +91,50 @@ fn disturbed(chapter: &mut Chapter, kind: &Kind, batch: &Batch) -> Result<(), Re
         }
         panels.push(chart.draw(&format!("{column} over {}", kind.axis)));
     }
+    let mut chart =
+        Chart::panel(Axis::new(kind.axis), Axis::new("share of packets heard").range(0.0, 1.05), "");
+    for (_, points) in series(batch, strength, |_| String::new(), |setting| heard(batch, setting))? {
+        chart.spread("", &points, Look::nth(0));
+    }
+    panels.push(chart.draw(&format!("share of packets in range that are heard over {}", kind.axis)));
     panels.extend(density(kind, batch)?);
     chapter.add(Block::Figure(Figure {
         name: kind.name.into(),
         caption: format!("{}: mean and standard deviation over the trials, after 120 s.", kind.caption),
         panels,
     }));
-    let distance = |setting: Option<&Setting>| -> Result<Option<f64>, ReportError> {
-        let values = setting.map(|setting| batch.measure(setting, "mean_lamp_distance_m")).transpose()?;
-        Ok(values.and_then(|values| Stats::of(&values)).map(|stats| stats.mean))
-    };
     let mut all: Vec<(f64, &Setting)> =
         batch.settings.iter().filter_map(|setting| Some((strength(setting)?, setting))).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (weakest, strongest) = (all.first(), all.last());
-    let ends = [distance(weakest.map(|end| end.1))?, distance(strongest.map(|end| end.1))?];
-    if let ([Some(weak), Some(strong)], Some((from, _)), Some((to, _))) = (ends, weakest, strongest) {
-        // The swarm still gathers as closely as without the fault, give or take a tenth.
-        let holds = (strong / weak - 1.0).abs() < 0.1;
-        let unit = if kind.unit.is_empty() { String::new() } else { format!(" {}", kind.unit) };
-        let text = format!(
-            "{from}{unit} to {to}{unit}: {} to {} m from the lamps",
-            number::digits(weak, 3),
-            number::digits(strong, 3)
-        );
-        chapter.verdict(kind.claim, if holds { Mark::Yes } else { Mark::No }, text);
+    let [Some((from, weak)), Some((to, strong))] = [all.first(), all.last()] else { return Ok(()) };
+    let unit = if kind.unit.is_empty() { String::new() } else { format!(" {}", kind.unit) };
+    let mean = |setting: &Setting, column: &str| -> Result<String, ReportError> {
+        let stats = Stats::of(&batch.measure(setting, column)?);
+        Ok(number::or_dash(stats.map(|stats| stats.mean)))
+    };
+    let gathered = format!(
+        "{from}{unit} to {to}{unit}: {} to {} m from the lamps",
+        mean(weak, "mean_lamp_distance_m")?,
+        mean(strong, "mean_lamp_distance_m")?
+    );
+    if kind.claim != SHORT_RANGE {
+        chapter.verdict(kind.claim, Mark::Beyond, gathered);
+        return Ok(());
     }
+    let shares = all.iter().map(|(_, setting)| heard(batch, setting)).collect::<Result<Vec<_>, _>>()?;
+    let shares: Vec<f64> = shares.iter().filter_map(|shares| Some(Stats::of(shares)?.mean)).collect();
+    let falls = shares.windows(2).all(|pair| pair[1] < pair[0]);
+    let [first, last] = [shares.first(), shares.last()].map(|share| number::or_dash(share.copied()));
+    let text = format!("share of packets heard {first} to {last}; {gathered}");
+    chapter.verdict(kind.claim, if falls { Mark::Yes } else { Mark::No }, text);
     Ok(())
+}
+
+/// Share of the packets in range that were heard, trial by trial.
+fn heard(batch: &Batch, setting: &Setting) -> Result<Vec<f64>, ReportError> {
+    let (heard, in_range) =
+        (batch.trials.numbers("packets_heard")?, batch.trials.numbers("packets_in_range")?);
+    Ok(setting.rows.iter().filter_map(|&row| Some(heard[row]? / in_range[row]?)).collect())
 }
 
 fn density(kind: &Kind, batch: &Batch) -> Result<Option<crate::svg::Svg>, ReportError> {

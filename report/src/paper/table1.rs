@@ -108,13 +108,18 @@ fn decay(chapter: &mut Chapter, batches: &[(&Row, Batch)]) -> Result<(), ReportE
     chapter.add(Block::Figure(Figure {
         name: "fig-3".into(),
         caption: "Fig. 3: mean estimated error over time, every trial thin, their median thick. An exponential is a \
-                  straight line here. The tail is straight; its slope is that of the slowest mode of the swarm, \
-                  which is slower the more robots there are."
+                  straight line here. Its slope is that of the slowest mode of the swarm, which is slower the more \
+                  robots there are; large swarms now and then leave one arrangement for another, and the error \
+                  rises again."
             .into(),
         panels,
     }));
     let told: Vec<String> = straight.iter().map(|share| format!("{share:.2}")).collect();
-    let mark = if straight.iter().all(|&share| share > STRAIGHT) { Mark::Yes } else { Mark::No };
+    let mark = match straight.iter().filter(|&&share| share > STRAIGHT).count() {
+        0 => Mark::No,
+        some if some < straight.len() => Mark::Corrected,
+        _ => Mark::Yes,
+    };
     chapter.verdict(
         DECAY,
         mark,
