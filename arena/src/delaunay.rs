@@ -4,7 +4,7 @@
 //! A triangulation of a strictly convex hull, all of whose triangles are counter-clockwise and all of
 //! whose inner edges have the opposite vertex strictly outside the circle, is the only Delaunay
 //! triangulation of its points (Delaunay 1934): building it again would give the same neighbors.
-//! Looking costs a tenth of building. Triangulations are built by spade, and the predicates are those
+//! Looking costs a fraction of building. Triangulations are built by spade, and the predicates are those
 //! it uses.
 
 use robust::{Coord, incircle, orient2d};

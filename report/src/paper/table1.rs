@@ -173,7 +173,7 @@ fn table(chapter: &mut Chapter, batches: &[(&Row, Batch)]) -> Result<(), ReportE
             let spread = |(mean, sd): (f64, f64)| number::mean_and_spread(mean, sd);
             rows.push(vec![
                 Cell::number(row.robots.to_string()),
-                Cell::Number(format!("{} ({} in the paper)", stats.count, row.trials)),
+                Cell::Number(format!("{} of {}", stats.count, row.trials)),
                 Cell::number(tolerance),
                 Cell::Number(paper.map_or("–".into(), |paper| format!("{:.2} ± {:.2}", paper.0, paper.1))),
                 Cell::Number(spread((stats.mean, stats.sd))),
@@ -187,16 +187,17 @@ fn table(chapter: &mut Chapter, batches: &[(&Row, Batch)]) -> Result<(), ReportE
         }
     }
     chapter.add(Block::Table(Table {
-        caption: "Table I: seconds until the mean estimated error falls below a tolerance, mean ± standard deviation"
+        caption: "Table I: seconds until the mean estimated error falls below a tolerance, mean ± standard deviation. The \
+                  reference is an independent implementation; the difference is in standard errors of our mean."
             .into(),
         columns: [
             "robots",
-            "trials",
+            "of the paper's trials",
             "tolerance (m)",
             "the paper (s)",
             "here (s)",
-            "independent reference (s)",
-            "here − reference (standard errors)",
+            "reference (s)",
+            "difference (standard errors)",
             "median here (s)",
         ]
         .map(str::to_owned)
