@@ -10,7 +10,7 @@ mod sweep;
 pub use convergence::{NORMS, Norm, TOLERANCES};
 pub use decay::decay_panel;
 pub use density::density_points;
-pub use folder::{Batch, Meta, Setting, Sweep};
+pub use folder::{Batch, ByTrial, Meta, Setting, Sweep};
 
 use crate::{
     error::ReportError,

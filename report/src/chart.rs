@@ -26,6 +26,15 @@ use crate::{
 /// x and y, in the units of the axes.
 pub type Point = (f64, f64);
 
+/// x, y, and half the length of a bar, in the units of the axes.
+pub type Spread = (f64, f64, f64);
+
+/// A name and what is drawn under it.
+pub type Series = (String, Vec<Spread>);
+
+/// Turns a value into its place on an axis, or back.
+type Scale = fn(f64) -> f64;
+
 /// Below this a logarithmic axis ends: the plotting library has no ticks beyond.
 const LOG_FLOOR: f64 = 1e-10;
 
@@ -454,7 +463,7 @@ impl Chart {
         x: (f64, f64),
         y: (f64, f64),
     ) -> ((f64, f64), Vec<ReferenceLine>, Vec<TextAnnotation>) {
-        let (to, back): (fn(f64) -> f64, fn(f64) -> f64) =
+        let (to, back): (Scale, Scale) =
             if self.y.log { (f64::log10, |value| 10_f64.powf(value)) } else { (|v| v, |v| v) };
         let mut ends = [f64::NEG_INFINITY; EVENT_ROWS];
         let mut placed = Vec::new();

@@ -6,7 +6,7 @@ mod folder;
 mod series;
 
 pub use configuration::{final_plan, initial_plan, trajectory_plan};
-pub use folder::{Poses, Run};
+pub use folder::{Poses, Run, Timed};
 
 use serde_json::Value;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    batch::{Batch, PANELS_MAX, Setting, panels_note},
+    batch::{Batch, ByTrial, PANELS_MAX, Setting, panels_note},
     chart::{Axis, Chart, Dash, Look, Point},
     error::ReportError,
     page::{Block, Figure},
@@ -36,7 +36,7 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
 }
 
 /// The errors of the trials of one setting, and their median.
-pub fn decay_panel(errors: &BTreeMap<(u64, u64), Vec<Point>>, setting: &Setting, title: &str) -> Svg {
+pub fn decay_panel(errors: &ByTrial<Vec<Point>>, setting: &Setting, title: &str) -> Svg {
     let trials: Vec<&Vec<Point>> =
         errors.range((setting.number, 0)..=(setting.number, u64::MAX)).map(|(_, trial)| trial).collect();
     let mut chart = Chart::panel(Axis::new("time (s)"), Axis::new("mean ‖ê‖ (m)").log(), title);

@@ -1,9 +1,7 @@
 //! `positions.csv`: how densely robots stand around the peak or the lamps.
 
-use std::collections::BTreeMap;
-
 use crate::{
-    batch::{Batch, PANELS_MAX, Setting, panels_note},
+    batch::{Batch, ByTrial, PANELS_MAX, Setting, panels_note},
     chart::{Axis, Chart, Look, Point},
     density::{Ring, Rings},
     error::ReportError,
@@ -53,11 +51,7 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
 }
 
 /// The density of the robots alive in the trials of `setting`.
-pub fn density_points(
-    rings: &Rings,
-    positions: &BTreeMap<(u64, u64), Vec<Body>>,
-    setting: &Setting,
-) -> Vec<Ring> {
+pub fn density_points(rings: &Rings, positions: &ByTrial<Vec<Body>>, setting: &Setting) -> Vec<Ring> {
     let trials: Vec<Vec<Point>> = positions
         .range((setting.number, 0)..=(setting.number, u64::MAX))
         .map(|(_, bodies)| bodies.iter().filter(|body| body.alive).map(|body| body.at).collect())

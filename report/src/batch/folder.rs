@@ -12,6 +12,9 @@ use serde_json::Value;
 
 use crate::{chart::Point, error::ReportError, plan::Body, rows::Rows, scene};
 
+/// Something of each trial, by setting and trial.
+pub type ByTrial<T> = BTreeMap<(u64, u64), T>;
+
 /// A batch as read from its folder.
 #[derive(Debug)]
 pub struct Batch {
@@ -163,17 +166,17 @@ impl Batch {
     }
 
     /// The digest of each trial, by setting and trial.
-    pub fn digests(&self) -> Result<BTreeMap<(u64, u64), String>, ReportError> {
+    pub fn digests(&self) -> Result<ByTrial<String>, ReportError> {
         let keys = self.trials.counts("setting")?.into_iter().zip(self.trials.counts("trial")?);
         Ok(keys.zip(self.trials.words("digest")?).map(|(key, digest)| (key, digest.to_owned())).collect())
     }
 
     /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial; `None` if it was not kept.
-    pub fn errors(&self) -> Result<Option<BTreeMap<(u64, u64), Vec<Point>>>, ReportError> {
+    pub fn errors(&self) -> Result<Option<ByTrial<Vec<Point>>>, ReportError> {
         let Some(rows) = Rows::read_if_there(&self.folder.join("errors.csv"))? else { return Ok(None) };
         let keys = rows.counts("setting")?.into_iter().zip(rows.counts("trial")?);
         let points = rows.full("time_s")?.into_iter().zip(rows.numbers("mean_error_m")?);
-        let mut trials: BTreeMap<(u64, u64), Vec<Point>> = BTreeMap::new();
+        let mut trials: ByTrial<Vec<Point>> = BTreeMap::new();
         for (key, (time_s, error)) in keys.zip(points) {
             trials.entry(key).or_default().extend(error.map(|error| (time_s, error)));
         }
@@ -181,11 +184,11 @@ impl Batch {
     }
 
     /// `positions.csv`: where robots were at the end, by setting and trial; `None` if it was not kept.
-    pub fn positions(&self) -> Result<Option<BTreeMap<(u64, u64), Vec<Body>>>, ReportError> {
+    pub fn positions(&self) -> Result<Option<ByTrial<Vec<Body>>>, ReportError> {
         let Some(rows) = Rows::read_if_there(&self.folder.join("positions.csv"))? else { return Ok(None) };
         let keys = rows.counts("setting")?.into_iter().zip(rows.counts("trial")?);
         let places = rows.full("x_m")?.into_iter().zip(rows.full("y_m")?);
-        let mut trials: BTreeMap<(u64, u64), Vec<Body>> = BTreeMap::new();
+        let mut trials: ByTrial<Vec<Body>> = BTreeMap::new();
         for ((key, at), alive) in keys.zip(places).zip(rows.words("alive")?) {
             let alive = matches!(alive, "true" | "1");
             trials.entry(key).or_default().push(Body { at, alive });

@@ -2,7 +2,7 @@
 
 use crate::{
     batch::{Batch, Setting, folder::short_key, folder::short_value},
-    chart::{Axis, Chart, Look},
+    chart::{Axis, Chart, Look, Series},
     error::ReportError,
     page::{Block, Cell, Figure, Table},
     stats::Stats,
@@ -119,7 +119,7 @@ fn panel(
     log: bool,
 ) -> Result<Option<Svg>, ReportError> {
     let positions = Positions::of(batch, along);
-    let mut series: Vec<(String, Vec<(f64, f64, f64)>)> = Vec::new();
+    let mut series: Vec<Series> = Vec::new();
     for setting in &batch.settings {
         let Some(x) = positions.at(batch, along, setting) else { continue };
         let Some(stats) = Stats::of(&batch.measure(setting, column)?) else { continue };

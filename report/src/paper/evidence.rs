@@ -8,6 +8,7 @@ use std::{
 
 use crate::{
     batch::{Batch, Setting},
+    chart::Series,
     error::ReportError,
     page::{Block, Mark},
     run::Run,
@@ -20,9 +21,6 @@ use super::Chapter;
 pub(super) struct Evidence {
     folder: PathBuf,
 }
-
-/// Name, and points of x, mean and standard deviation.
-pub(super) type Series = (String, Vec<(f64, f64, f64)>);
 
 impl Evidence {
     pub(super) fn in_folder(folder: &Path) -> Self {
@@ -103,7 +101,7 @@ pub(super) fn swept_number(batch: &Batch, setting: &Setting, word: &str) -> Opti
     swept(batch, setting, word)?.parse().ok()
 }
 
-/// One series per name: a point per setting, by what `values` has of it.
+/// One series per name: a point per setting, the mean and standard deviation of what `values` has of it.
 pub(super) fn series(
     batch: &Batch,
     x: impl Fn(&Setting) -> Option<f64>,

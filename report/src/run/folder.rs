@@ -29,11 +29,14 @@ pub struct Run {
     pub notes: Vec<String>,
 }
 
+/// A robot at some time, in seconds.
+pub type Timed = (f64, Body);
+
 /// `poses.csv`: robots over time.
 #[derive(Debug)]
 pub struct Poses {
     /// Each robot's path, by its index: seconds and the robot.
-    pub paths: BTreeMap<u64, Vec<(f64, Body)>>,
+    pub paths: BTreeMap<u64, Vec<Timed>>,
 }
 
 impl Run {
@@ -78,7 +81,7 @@ impl Run {
 impl Poses {
     fn of(rows: &Rows) -> Result<Self, ReportError> {
         let (times, robots) = (rows.full("time_s")?, rows.counts("robot")?);
-        let mut paths: BTreeMap<u64, Vec<(f64, Body)>> = BTreeMap::new();
+        let mut paths: BTreeMap<u64, Vec<Timed>> = BTreeMap::new();
         for ((time_s, robot), body) in times.into_iter().zip(robots).zip(bodies(rows)?) {
             paths.entry(robot).or_default().push((time_s, body));
         }
@@ -93,7 +96,7 @@ impl Poses {
         self.ends(|path| path.last())
     }
 
-    fn ends(&self, pick: fn(&[(f64, Body)]) -> Option<&(f64, Body)>) -> Option<Vec<Body>> {
+    fn ends(&self, pick: fn(&[Timed]) -> Option<&Timed>) -> Option<Vec<Body>> {
         let bodies: Vec<Body> = self.paths.values().filter_map(|path| Some(pick(path)?.1)).collect();
         (!bodies.is_empty()).then_some(bodies)
     }
