@@ -4,6 +4,7 @@
 
 use std::{collections::BTreeMap, fmt::Write};
 
+use report::stats::{Stats, quantile};
 use serde::Serialize;
 use twox_hash::XxHash3_128;
 
@@ -74,8 +75,8 @@ pub(super) fn of(plan: &Plan, columns: &[String], rows: &[csv::StringRecord]) ->
         let mut ended = BTreeMap::new();
         rows.iter().for_each(|row| *ended.entry(row[ended_at].to_owned()).or_default() += 1);
         let statistics = measures.iter().filter_map(|(at, column)| {
-            let values = rows.iter().filter_map(|row| row[*at].parse().ok()).collect();
-            Some(((*column).clone(), Statistics::of(values)?))
+            let values: Vec<f64> = rows.iter().filter_map(|row| row[*at].parse().ok()).collect();
+            Some(((*column).clone(), Statistics::of(&values)?))
         });
         let keys = identity.sweeps.iter().map(|sweep| sweep.key.clone());
         SettingSummary {
@@ -126,24 +127,12 @@ impl Summary {
 }
 
 impl Statistics {
-    fn of(mut values: Vec<f64>) -> Option<Self> {
-        values.sort_unstable_by(f64::total_cmp);
-        let (min, max) = (*values.first()?, *values.last()?);
-        let count = values.len();
-        let mean = values.iter().sum::<f64>() / count as f64;
-        let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
-        let sd = if count > 1 { (squares / (count - 1) as f64).sqrt() } else { 0.0 };
-        let [p25, p50, p75] = [0.25, 0.5, 0.75].map(|share| quantile(&values, share));
-        Some(Self { count, mean, sd, se: sd / (count as f64).sqrt(), min, p25, p50, p75, max })
+    fn of(values: &[f64]) -> Option<Self> {
+        let stats = Stats::of(values)?;
+        let [min, p25, p50, p75, max] = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(values, share));
+        let (count, mean, sd, se) = (stats.count, stats.mean, stats.sd, stats.se());
+        Some(Self { count, mean, sd, se, min: min?, p25: p25?, p50: p50?, p75: p75?, max: max? })
     }
-}
-
-/// The value at `share` of the way through `sorted`, linear between neighbors.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let rank = share * (sorted.len() - 1) as f64;
-    let (below, part) = (rank.floor() as usize, rank.fract());
-    let above = sorted.get(below + 1).unwrap_or(&sorted[below]);
-    sorted[below] + part * (above - sorted[below])
 }
 
 #[cfg(test)]
@@ -152,11 +141,10 @@ mod tests {
 
     #[test]
     fn statistics_of_a_known_sample() {
-        let known = Statistics::of(vec![9.0, 2.0, 4.0, 4.0, 7.0, 4.0, 5.0, 5.0]).unwrap();
+        let known = Statistics::of(&[9.0, 2.0, 4.0, 4.0, 7.0, 4.0, 5.0, 5.0]).unwrap();
         assert_eq!((known.count, known.mean, known.min, known.max), (8, 5.0, 2.0, 9.0));
         assert_eq!((known.p25, known.p50, known.p75), (4.0, 4.5, 5.5));
         assert!((known.sd - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
-        assert_eq!(Statistics::of(Vec::new()), None);
-        assert_eq!(Statistics::of(vec![3.0]).unwrap().sd, 0.0);
+        assert_eq!(Statistics::of(&[]), None);
     }
 }
