@@ -326,6 +326,9 @@ figure,tr,pre{break-inside:avoid}
 .panels svg{max-width:100%;height:auto}
 .several .panels svg{max-width:48%}
 thead{display:table-header-group}
+.table{overflow-x:visible}
+table{font-size:8pt}
+.number,.mark{white-space:normal}
 }
 ";
 
