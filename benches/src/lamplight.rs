@@ -81,7 +81,7 @@ impl Lamplight {
         let us = std::env::current_exe().context("cannot find our own program")?;
         let program = us.with_file_name("lamplight");
         if !program.is_file() {
-            bail!("{} is missing; build all with `cargo build --release --workspace`", program.display());
+            bail!("{} is missing; build all with `scripts/build`", program.display());
         }
         ensure!(scenario.is_file(), "{} is missing; name one by --scenario", scenario.display());
         Ok(Self { program, scenario: scenario.to_path_buf(), sets: sets.to_vec() })

@@ -10,7 +10,7 @@ use std::{
     collections::{HashMap, VecDeque},
     io::{BufRead, BufReader, Write},
     os::unix::process::CommandExt,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
     thread,
@@ -122,7 +122,7 @@ impl<'a> Supervisor<'a> {
         sender: Sender<Happening>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
-        let agent_program = beside_us("robot-agent")?;
+        let agent_program = preferred(beside_us("robot-agent")?);
         let mut command = Command::new(beside_us("arena-daemon")?);
         command.args(["--supervised".into(), format!("--name={}", run.name())]);
         if !by_hand.is_empty() {
@@ -336,10 +336,22 @@ fn beside_us(program: &str) -> anyhow::Result<PathBuf> {
     let path = us.with_file_name(program);
     match path.is_file() {
         true => Ok(path),
-        false => Err(anyhow!(
-            "{} is missing; build all programs with `cargo build --release --workspace`",
-            path.display()
-        )),
+        false => Err(anyhow!("{} is missing; build all programs with `scripts/build`", path.display())),
+    }
+}
+
+/// Of the two agents that `scripts/build` builds, the static one, unless the `plain` one has been built anew since:
+/// builds of different sources would not understand each other.
+fn preferred(plain: PathBuf) -> PathBuf {
+    let lean = plain.with_file_name("static").join("robot-agent");
+    let built = |program: &Path| program.metadata().and_then(|file| file.modified());
+    match (built(&lean), built(&plain)) {
+        (Ok(lean_built), Ok(plain_built)) if lean_built >= plain_built => lean,
+        (Ok(_), _) => {
+            tracing::info!("{} is out of date and not used; `scripts/build` renews it", lean.display());
+            plain
+        }
+        (Err(_), _) => plain,
     }
 }
 
@@ -384,5 +396,30 @@ fn described(status: WaitStatus) -> String {
         (Some(code), _) => format!("exit status {code}"),
         (None, Some(signal)) => format!("signal {signal}"),
         (None, None) => "for a reason unknown".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, time::SystemTime};
+
+    use super::*;
+
+    #[test]
+    fn the_static_agent_is_preferred_until_the_plain_one_is_newer() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = folder.path().join("robot-agent");
+        let lean = folder.path().join("static/robot-agent");
+        let plain_file = fs::File::create(&plain).unwrap();
+        assert_eq!(preferred(plain.clone()), plain, "there is no other");
+        fs::create_dir(folder.path().join("static")).unwrap();
+        let lean_file = fs::File::create(&lean).unwrap();
+        let now = SystemTime::now();
+        let later = now + Duration::from_secs(1);
+        plain_file.set_modified(now).unwrap();
+        lean_file.set_modified(later).unwrap();
+        assert_eq!(preferred(plain.clone()), lean);
+        plain_file.set_modified(later + Duration::from_secs(1)).unwrap();
+        assert_eq!(preferred(plain.clone()), plain);
     }
 }
