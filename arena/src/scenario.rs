@@ -26,7 +26,7 @@ mod tables;
 
 use std::{num::NonZeroU32, path::Path};
 
-use protocol::setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Mode};
+use protocol::setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Mode, Plane};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -180,7 +180,12 @@ impl Scenario {
     /// What each robot is told before its first tick: the same for all, and silent about how many there are.
     pub fn agent_setup(&self, mode: Mode) -> AgentSetup {
         let cycle = seconds(self.channel.cycle_s.unwrap_or(self.step_s));
-        AgentSetup { mode, cycle, controller: self.controller_setup() }
+        AgentSetup { mode, plane: self.plane(mode), cycle, controller: self.controller_setup() }
+    }
+
+    /// What carries messages between the arena and agents that keep time like this.
+    pub fn plane(&self, mode: Mode) -> Plane {
+        self.processes.plane.unwrap_or(mode.plane())
     }
 
     /// The scenario as a file, with every default written out; it parses to an equal scenario.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use arena::scenario::{Override, Scenario, ScenarioError, schema_json};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
-use protocol::setup::{GradientMode, Mode};
+use protocol::setup::{GradientMode, Mode, Plane};
 
 /// The smallest scenario there is.
 const SMALLEST: &str = "\
@@ -201,6 +201,8 @@ mod reading {
         let scenario = Scenario::load(&scenarios().join("swarmbots.toml"), &[]).expect("a good scenario");
         let setup = scenario.agent_setup(Mode::Lockstep);
         assert_eq!(setup.cycle.get(), 0.1);
+        assert_eq!(setup.plane, Plane::Blackboard);
+        assert_eq!(scenario.agent_setup(Mode::Realtime).plane, Plane::PublishSubscribe);
         assert_eq!(setup.controller.gradient, GradientMode::Fixed(1000.0));
         assert_eq!(setup.controller.neighbor_timeout_ticks, 1);
         assert_eq!(setup.controller.speed_cap.map(|cap| cap.get()), Some(0.3));
@@ -427,8 +429,8 @@ mod refusing {
         check_text(
             &format!("{SMALLEST}[processes]\ntimeout_s = 1\n"),
             expect![[r#"
-            x.toml:16: unknown key `timeout_s` in [processes]
-            hint: one of `hang_timeout_s`, `on_hang`, `join_timeout_s`"#]],
+                x.toml:16: unknown key `timeout_s` in [processes]
+                hint: one of `hang_timeout_s`, `on_hang`, `join_timeout_s`, `plane`"#]],
         );
     }
 

@@ -10,7 +10,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 const MAGIC: [u8; 4] = *b"LMPL";
 /// Raised whenever the layout of a blob's type changes.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 const HEADER_BYTES: usize = MAGIC.len() + size_of::<u16>();
 const CONFIG: Configuration = bincode::config::standard();
 
@@ -64,7 +64,7 @@ pub fn decode<T: DeserializeOwned>(blob: &[u8]) -> Result<T, CodecError> {
 mod tests {
     use super::*;
     use crate::{
-        setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Law, Mode},
+        setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Law, Mode, Plane},
         units::{Meters, MetersPerSecond, Seconds},
     };
 
@@ -72,6 +72,7 @@ mod tests {
         let meters = |value| Meters::new(value).unwrap();
         AgentSetup {
             mode: Mode::Lockstep,
+            plane: Plane::PublishSubscribe,
             cycle: Seconds::new(0.5).unwrap(),
             controller: ControllerSetup {
                 law: Law::Linear,
@@ -97,7 +98,7 @@ mod tests {
     /// If this fails the layout has changed: raise `VERSION` and record the new bytes.
     #[test]
     fn the_layout_is_golden() {
-        let golden = "4c4d504c010000000000000000e03f00000000000000f03f01000000000000d03f010000000000408f40\
+        let golden = "4c4d504c02000001000000000000e03f00000000000000f03f01000000000000d03f010000000000408f40\
                       000000000000e03f000000000000e83f000000000000d03f0004";
         let hex: std::string::String =
             encode(&setup()).iter().map(|byte| std::format!("{byte:02x}")).collect();

@@ -6,6 +6,8 @@
 //! why not. Both directions keep every bit of every number, so that processes and the in-process
 //! engine compute the same.
 
+use std::{vec, vec::Vec};
+
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
@@ -87,10 +89,10 @@ pub struct RawComponent {
 }
 const _: () = assert!(size_of::<RawComponent>() == 40);
 
-/// Everything of a percept but its deliveries.
+/// What every percept has, and how much there is of the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
-pub struct RawPercept {
+pub struct RawHead {
     /// Number of the tick.
     pub tick: u64,
     /// φ at the robot.
@@ -107,10 +109,24 @@ pub struct RawPercept {
     pub walls_len: u32,
     /// Field components in use.
     pub field_len: u32,
+}
+const _: () = assert!(size_of::<RawHead>() == 48);
+
+/// All walls there may be; the head says how many there are.
+pub type RawWalls = [RawWall; WALLS_MAX];
+/// All components there may be; the head says how many there are.
+pub type RawField = [RawComponent; COMPONENTS_MAX];
+
+/// Everything of a percept but its deliveries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawPercept {
+    /// What every percept has.
+    pub head: RawHead,
     /// Walls.
-    pub walls: [RawWall; WALLS_MAX],
+    pub walls: RawWalls,
     /// The true field.
-    pub field: [RawComponent; COMPONENTS_MAX],
+    pub field: RawField,
 }
 const _: () = assert!(size_of::<RawPercept>() == 48 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
 
@@ -194,7 +210,8 @@ pub enum PerceptError {
 }
 
 impl RawFrame {
-    fn of(packet: &Packet) -> Self {
+    /// The frame of `packet`.
+    pub fn of(packet: &Packet) -> Self {
         let encoded = packet.encode();
         let mut bytes = [0; PACKET_BYTES_MAX];
         bytes[..encoded.len()].copy_from_slice(&encoded);
@@ -208,6 +225,37 @@ impl RawFrame {
             self.bytes.get(..len).ok_or(PacketError::Length { expected: PACKET_BYTES_MAX, actual: len })?;
         Packet::decode(frame)
     }
+}
+
+/// Frames of the packets that were sent last, one per robot: many hear the same one.
+#[derive(Clone, Debug, Default)]
+pub struct Frames {
+    /// By index of the sender.
+    latest: Vec<Option<(Packet, RawFrame)>>,
+}
+
+impl Frames {
+    /// Room for so many senders. A packet in the name of any other, which a liar may choose, is encoded anew
+    /// each time.
+    pub fn of(robots: usize) -> Self {
+        Self { latest: vec![None; robots] }
+    }
+
+    /// The frame of `packet`.
+    pub fn get(&mut self, packet: &Packet) -> RawFrame {
+        let Some(slot) = self.latest.get_mut(packet.sender.index as usize) else {
+            return RawFrame::of(packet);
+        };
+        match slot {
+            Some((latest, frame)) if same_bits(latest, packet) => *frame,
+            _ => slot.insert((*packet, RawFrame::of(packet))).1,
+        }
+    }
+}
+
+/// Zero is not minus zero here.
+fn same_bits(a: &Packet, b: &Packet) -> bool {
+    a.sender == b.sender && a.sequence == b.sequence && a.light.to_bits() == b.light.to_bits()
 }
 
 impl RawCommand {
@@ -250,13 +298,13 @@ impl RawCommand {
 }
 
 impl RawDelivery {
-    /// The message that carries `delivery`.
-    pub fn new(delivery: &Delivery) -> Self {
+    /// The message that carries `delivery`, whose packet is in `frame`.
+    pub fn new(delivery: &Delivery, frame: RawFrame) -> Self {
         Self {
             range_m: delivery.range.get(),
             bearing_rad: delivery.bearing.get(),
             orientation_rad: delivery.orientation.get(),
-            frame: RawFrame::of(&delivery.packet),
+            frame,
             padding: 0,
         }
     }
@@ -271,15 +319,15 @@ impl RawDelivery {
     }
 }
 
-impl RawPercept {
-    /// The header of the message that carries `percept`.
+impl RawHead {
+    /// The head of the message that carries `percept`.
     pub fn new(percept: &Percept) -> Self {
         let (stimulus_kind, stimulus_a, stimulus_b) = match percept.light.stimulus {
             Stimulus::None => (0, 0.0, 0.0),
             Stimulus::Gradient(gradient) => (1, gradient.0.x, gradient.0.y),
             Stimulus::Bearing(bearing) => (2, bearing.get(), 0.0),
         };
-        let mut raw = Self {
+        Self {
             tick: percept.tick,
             light: percept.light.value,
             stimulus_a,
@@ -288,26 +336,23 @@ impl RawPercept {
             bump: percept.bump.into(),
             walls_len: percept.walls.len() as u32,
             field_len: percept.field.len() as u32,
-            ..Self::default()
-        };
-        for (slot, wall) in raw.walls.iter_mut().zip(&percept.walls) {
-            *slot = RawWall { distance_m: wall.distance.get(), bearing_rad: wall.bearing.get() };
         }
-        for (slot, component) in raw.field.iter_mut().zip(&percept.field) {
-            *slot = RawComponent::new(component);
-        }
-        raw
     }
 
-    /// Checks this header and its deliveries and writes them to `percept`, which stays as it was
-    /// if the header is refused. Deliveries that do not decode are left out; returns how many.
-    pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
+    /// Checks a percept but for its deliveries and writes it to `percept`, which stays as it was if something
+    /// is refused. Its deliveries are none then.
+    pub fn read(
+        &self,
+        walls: &RawWalls,
+        field: &RawField,
+        percept: &mut Percept,
+    ) -> Result<(), PerceptError> {
         let in_range = |what, value: u32, max: usize| match value as usize <= max {
             true => Ok(value as usize),
             false => Err(PerceptError::OutOfRange { what, value, max: max as u32 }),
         };
-        let walls = &self.walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
-        let field = &self.field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
+        let walls = &walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
+        let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
         let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
         let walls = walls.iter().map(RawWall::check).collect::<Result<_, _>>()?;
         let field = field.iter().map(RawComponent::check).collect::<Result<_, _>>()?;
@@ -318,8 +363,7 @@ impl RawPercept {
         percept.walls = walls;
         percept.field = field;
         percept.deliveries.clear();
-        percept.deliveries.extend(deliveries.iter().filter_map(RawDelivery::check).take(DELIVERIES_MAX));
-        Ok((deliveries.len() - percept.deliveries.len()) as u32)
+        Ok(())
     }
 
     fn stimulus(&self) -> Result<Stimulus, PerceptError> {
@@ -333,6 +377,46 @@ impl RawPercept {
             value => Err(PerceptError::OutOfRange { what: "stimulus kind", value, max: 2 }),
         }
     }
+}
+
+impl RawPercept {
+    /// The header of the message that carries `percept`.
+    pub fn new(percept: &Percept) -> Self {
+        Self { head: RawHead::new(percept), walls: raw_walls(percept), field: raw_field(percept) }
+    }
+
+    /// Checks this header and its deliveries and writes them to `percept`, which stays as it was
+    /// if the header is refused. Deliveries that do not decode are left out; returns how many.
+    pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
+        self.head.read(&self.walls, &self.field, percept)?;
+        Ok(add_deliveries(deliveries, percept))
+    }
+}
+
+/// The walls of `percept`, padded with zeros.
+pub fn raw_walls(percept: &Percept) -> RawWalls {
+    let mut raw = RawWalls::default();
+    for (slot, wall) in raw.iter_mut().zip(&percept.walls) {
+        *slot = RawWall { distance_m: wall.distance.get(), bearing_rad: wall.bearing.get() };
+    }
+    raw
+}
+
+/// The true field in `percept`, padded with zeros.
+pub fn raw_field(percept: &Percept) -> RawField {
+    let mut raw = RawField::default();
+    for (slot, component) in raw.iter_mut().zip(&percept.field) {
+        *slot = RawComponent::new(component);
+    }
+    raw
+}
+
+/// Adds to `percept` what decodes and has room; returns how many do not.
+pub fn add_deliveries(raw: &[RawDelivery], percept: &mut Percept) -> u32 {
+    let before = percept.deliveries.len();
+    let room = DELIVERIES_MAX - before;
+    percept.deliveries.extend(raw.iter().filter_map(RawDelivery::check).take(room));
+    (raw.len() - (percept.deliveries.len() - before)) as u32
 }
 
 impl RawWall {
@@ -371,8 +455,6 @@ fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
 
 #[cfg(test)]
 mod tests {
-    use std::vec::Vec;
-
     use proptest::prelude::*;
 
     use super::*;
@@ -467,7 +549,26 @@ mod tests {
     }
 
     fn deliveries(percept: &Percept) -> Vec<RawDelivery> {
-        percept.deliveries.iter().map(RawDelivery::new).collect()
+        let raw = |delivery: &Delivery| RawDelivery::new(delivery, RawFrame::of(&delivery.packet));
+        percept.deliveries.iter().map(raw).collect()
+    }
+
+    #[test]
+    fn a_frame_is_that_of_the_packet_however_often_it_is_asked_for() {
+        let mut frames = Frames::of(8);
+        let packet = command().packet;
+        let others = [
+            packet,
+            Packet { sequence: 6, ..packet },
+            Packet { light: 0.0, ..packet },
+            Packet { light: -0.0, ..packet },
+            Packet { sender: RobotId { incarnation: 3, ..ROBOT }, ..packet },
+            Packet { sender: RobotId::first(8), ..packet },
+            Packet { sender: RobotId::first(u32::MAX), ..packet },
+        ];
+        for packet in others.iter().flat_map(|packet| [packet, packet]) {
+            assert_eq!(frames.get(packet), RawFrame::of(packet));
+        }
     }
 
     #[test]
@@ -488,7 +589,8 @@ mod tests {
 
     #[test]
     fn a_percept_that_overstates_its_walls_is_refused() {
-        let raw = RawPercept { walls_len: 9, ..RawPercept::new(&percept()) };
+        let mut raw = RawPercept::new(&percept());
+        raw.head.walls_len = 9;
         assert!(raw.read(&[], &mut Percept::empty(0)).is_err());
     }
 

@@ -1,15 +1,14 @@
 //! The iceoryx2 side of a run: the one module that touches it.
 //!
-//! Each life of a robot has two publish-subscribe services of its own:
+//! Each life of a robot has two services of its own, one per direction, with its index and incarnation in
+//! their names. One uplink for all would cost O(N²), because `receive` scans every connection. The incarnation
+//! is in the name because a killed agent's port stays taken: its successor gets services of its own. One
+//! reader and one writer at most keep a second agent from driving the same robot.
 //!
-//! ```text
-//! inbox/<robot>/<incarnation>    arena -> agent   slice of RawDelivery, header RawPercept
-//! uplink/<robot>/<incarnation>   agent -> arena   RawCommand
-//! ```
-//!
-//! One uplink for all would cost O(N²), because `receive` scans every connection. The incarnation
-//! is in the name because a killed agent's port stays taken: its successor gets a service of its
-//! own. `max_subscribers(1)` keeps a second agent from driving the same robot.
+//! There are two planes, which agree to the last bit: [`blackboard`] and [`publish_subscribe`].
+
+mod blackboard;
+mod publish_subscribe;
 
 use core::{fmt, time::Duration};
 use std::{
@@ -23,27 +22,21 @@ use std::{
 use iceoryx2::{
     config::Config,
     node::{Node, NodeBuilder, NodeState},
-    port::{publisher::Publisher, subscriber::Subscriber},
     prelude::{
-        AllocationStrategy, CallbackProgression, FileName, IceoryxSend, LogLevel, Path as IoxPath,
-        SemanticString, ServiceName, SignalHandlingMode, ZeroCopySend, ipc, set_log_level,
+        CallbackProgression, FileName, LogLevel, Path as IoxPath, SemanticString, ServiceName,
+        SignalHandlingMode, ipc, set_log_level,
     },
-    service::{
-        builder::publish_subscribe::Builder,
-        port_factory::{PortFactory as _, publish_subscribe::PortFactory},
-    },
+    service::port_factory::PortFactory,
 };
 
 use crate::{
-    percept::{DELIVERIES_MAX, Percept},
-    raw::{RawCommand, RawDelivery, RawPercept},
+    percept::Percept,
+    raw::{Frames, PerceptError, RawCommand},
     robot_id::RobotId,
     run_dir::RunDir,
+    setup::Plane,
 };
 
-/// Messages that wait unread, and that a reader may hold: in lock-step one of each is in flight,
-/// in real time the newest replaces the oldest.
-const BUFFERED: usize = 2;
 /// The arena, the agent, and one more that tries to take the robot over and is told no.
 const NODES_PER_SERVICE: usize = 3;
 /// How long opening a service waits for its creator, who on a busy machine may be slow.
@@ -73,6 +66,16 @@ fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn fmt::Debug) -> ServiceEr
     move |reason| ServiceError::Transport { doing, reason: format!("{reason:?}") }
 }
 
+/// Why a service of `robot` could not be opened, by the name of iceoryx2's error.
+fn not_opened(robot: RobotId, reason: &dyn fmt::Debug) -> ServiceError {
+    let reason = format!("{reason:?}");
+    match reason.as_str() {
+        "DoesNotExist" => ServiceError::Unknown(robot),
+        "ExceedsMaxNumberOfNodes" => ServiceError::Taken(robot),
+        _ => ServiceError::Transport { doing: format!("open the services of {robot}"), reason },
+    }
+}
+
 /// One process's access to the services of one run.
 #[derive(Debug)]
 pub struct Medium {
@@ -81,24 +84,22 @@ pub struct Medium {
 
 /// The arena's ends of one robot's services.
 #[derive(Debug)]
-pub struct ArenaPorts {
-    inbox: Publisher<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: Subscriber<ipc::Service, RawCommand, ()>,
-    // The services exist as long as somebody holds them; the arena opens them before the agent comes.
-    services: Services,
+pub struct ArenaPorts(ArenaEnds);
+
+#[derive(Debug)]
+enum ArenaEnds {
+    Blackboard(blackboard::ArenaPorts),
+    PublishSubscribe(publish_subscribe::ArenaPorts),
 }
 
 /// An agent's ends of its services.
 #[derive(Debug)]
-pub struct AgentPorts {
-    inbox: Subscriber<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: Publisher<ipc::Service, RawCommand, ()>,
-}
+pub struct AgentPorts(AgentEnds);
 
 #[derive(Debug)]
-struct Services {
-    inbox: PortFactory<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: PortFactory<ipc::Service, RawCommand, ()>,
+enum AgentEnds {
+    Blackboard(blackboard::AgentPorts),
+    PublishSubscribe(publish_subscribe::AgentPorts),
 }
 
 impl Medium {
@@ -115,112 +116,76 @@ impl Medium {
         Ok(Self { node })
     }
 
-    /// The arena makes the services of one life of a robot. An inbox has room for as many
-    /// deliveries as a percept may hold, however few robots there are: copies and late packets
-    /// come on top. Shared memory is taken only where it is touched.
-    pub fn host(&self, robot: RobotId) -> Result<ArenaPorts, ServiceError> {
-        let services = self.services(robot, true)?;
-        let inbox = services
-            .inbox
-            .publisher_builder()
-            .initial_max_slice_len(DELIVERIES_MAX)
-            .allocation_strategy(AllocationStrategy::Static)
-            .max_loaned_samples(1)
-            .create()
-            .map_err(|error| failed(format!("open the inbox of {robot}"))(&error))?;
-        let uplink = services
-            .uplink
-            .subscriber_builder()
-            .create()
-            .map_err(|error| failed(format!("open the uplink of {robot}"))(&error))?;
-        Ok(ArenaPorts { inbox, uplink, services })
+    /// The arena makes the services of one life of a robot. They have room for as many deliveries as a percept
+    /// may hold, however few robots there are: copies and late packets come on top. Shared memory is taken
+    /// only where it is touched.
+    pub fn host(&self, robot: RobotId, plane: Plane) -> Result<ArenaPorts, ServiceError> {
+        Ok(ArenaPorts(match plane {
+            Plane::Blackboard => ArenaEnds::Blackboard(blackboard::ArenaPorts::host(&self.node, robot)?),
+            Plane::PublishSubscribe => {
+                ArenaEnds::PublishSubscribe(publish_subscribe::ArenaPorts::host(&self.node, robot)?)
+            }
+        }))
     }
 
     /// An agent takes its place as `robot`.
-    pub fn join(&self, robot: RobotId) -> Result<AgentPorts, ServiceError> {
-        let services = self.services(robot, false)?;
-        let taken = |_| ServiceError::Taken(robot);
-        let inbox = services.inbox.subscriber_builder().create().map_err(taken)?;
-        let uplink = services
-            .uplink
-            .publisher_builder()
-            .max_loaned_samples(1)
-            .create()
-            .map_err(|_| ServiceError::Taken(robot))?;
-        Ok(AgentPorts { inbox, uplink })
-    }
-
-    fn services(&self, robot: RobotId, create: bool) -> Result<Services, ServiceError> {
-        let name = |what: &str| {
-            let name = format!("{what}/{}/{}", robot.index, robot.incarnation);
-            ServiceName::new(&name).expect("a short path of letters and digits is a service name")
-        };
-        let builder = |what: &str| self.node.service_builder(&name(what));
-        let inbox =
-            one_to_one(builder("inbox").publish_subscribe::<[RawDelivery]>().user_header::<RawPercept>());
-        let uplink = one_to_one(builder("uplink").publish_subscribe::<RawCommand>());
-        if create {
-            let doing = || failed(format!("create the services of {robot}"));
-            Ok(Services {
-                inbox: inbox.create().map_err(|error| doing()(&error))?,
-                uplink: uplink.create().map_err(|error| doing()(&error))?,
-            })
-        } else {
-            let refused = |reason: String| match reason.as_str() {
-                "DoesNotExist" => ServiceError::Unknown(robot),
-                "ExceedsMaxNumberOfNodes" => ServiceError::Taken(robot),
-                _ => ServiceError::Transport { doing: format!("open the services of {robot}"), reason },
-            };
-            Ok(Services {
-                inbox: inbox.open().map_err(|error| refused(format!("{error:?}")))?,
-                uplink: uplink.open().map_err(|error| refused(format!("{error:?}")))?,
-            })
-        }
+    pub fn join(&self, robot: RobotId, plane: Plane) -> Result<AgentPorts, ServiceError> {
+        Ok(AgentPorts(match plane {
+            Plane::Blackboard => AgentEnds::Blackboard(blackboard::AgentPorts::join(&self.node, robot)?),
+            Plane::PublishSubscribe => {
+                AgentEnds::PublishSubscribe(publish_subscribe::AgentPorts::join(&self.node, robot)?)
+            }
+        }))
     }
 }
 
+/// The name of a service of one life of a robot.
+fn service_name(what: &str, robot: RobotId) -> ServiceName {
+    let name = format!("{what}/{}/{}", robot.index, robot.incarnation);
+    ServiceName::new(&name).expect("a short path of letters and digits is a service name")
+}
+
 impl ArenaPorts {
-    /// Sends one tick's percept. Returns false if no agent is there to get it.
-    pub fn send(&self, percept: &Percept) -> Result<bool, ServiceError> {
-        let doing = || failed(format!("send tick {}", percept.tick));
-        let mut sample =
-            self.inbox.loan_slice_uninit(percept.deliveries.len()).map_err(|error| doing()(&error))?;
-        *sample.user_header_mut() = RawPercept::new(percept);
-        let sample = sample.write_from_fn(|at| RawDelivery::new(&percept.deliveries[at]));
-        sample.send().map(|receivers| receivers > 0).map_err(|error| doing()(&error))
+    /// Sends one tick's percept, with the frames of its packets from `frames`.
+    pub fn send(&mut self, percept: &Percept, frames: &mut Frames) -> Result<(), ServiceError> {
+        match &mut self.0 {
+            ArenaEnds::Blackboard(ports) => {
+                ports.send(percept, frames);
+                Ok(())
+            }
+            ArenaEnds::PublishSubscribe(ports) => ports.send(percept, frames),
+        }
     }
 
     /// The next unread command, as it came.
-    pub fn receive(&self) -> Result<Option<RawCommand>, ServiceError> {
-        let sample = self.uplink.receive().map_err(|error| failed("receive a command")(&error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+    pub fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
+        match &mut self.0 {
+            ArenaEnds::Blackboard(ports) => Ok(ports.receive()),
+            ArenaEnds::PublishSubscribe(ports) => ports.receive(),
+        }
     }
 
     /// Identifiers that the names of files carry which a killed agent has left; none if there was
     /// no agent, if it has left in order, or if it lives.
     fn marks(&self) -> BTreeSet<String> {
-        let Services { inbox, uplink } = &self.services;
-        let (mut marks, go_on) = (BTreeSet::new(), CallbackProgression::Continue);
-        // What cannot be listed is a few small files, which go with the run.
-        let _ = inbox.nodes(|node| {
-            if let NodeState::Dead(_) = node {
-                marks.insert(node.node_id().value().to_string());
-            }
-            go_on
-        });
-        if !marks.is_empty() {
-            let mut mark = |value: u128| {
-                marks.insert(value.to_string());
-                go_on
-            };
-            inbox.dynamic_config().list_subscribers(|port| mark(port.subscriber_id.value()));
-            uplink.dynamic_config().list_publishers(|port| mark(port.publisher_id.value()));
-            mark(inbox.unique_service_id().value());
-            mark(uplink.unique_service_id().value());
-            marks.extend([inbox.service_hash(), uplink.service_hash()].map(ToString::to_string));
+        match &self.0 {
+            ArenaEnds::Blackboard(ports) => ports.marks(),
+            ArenaEnds::PublishSubscribe(ports) => ports.marks(),
         }
-        marks
     }
+}
+
+/// Nodes among the users of `service` whose processes have died, as the names of files have them.
+fn dead_nodes(service: &impl PortFactory<Service = ipc::Service>) -> BTreeSet<String> {
+    let mut dead = BTreeSet::new();
+    // What cannot be listed is a few small files, which go with the run.
+    let _ = service.nodes(|node| {
+        if let NodeState::Dead(_) = node {
+            dead.insert(node.node_id().value().to_string());
+        }
+        CallbackProgression::Continue
+    });
+    dead
 }
 
 /// Lets go of `lives` that are over, and removes what their processes have left if they were
@@ -254,42 +219,28 @@ pub fn bury(run: &RunDir, lives: Vec<ArenaPorts>) {
 }
 
 impl AgentPorts {
-    /// Hands the next unread percept to `read`, in place. Returns `None` if there is none.
-    pub fn receive<T>(
-        &self,
-        read: impl FnOnce(&RawPercept, &[RawDelivery]) -> T,
-    ) -> Result<Option<T>, ServiceError> {
-        let sample = self.inbox.receive().map_err(|error| failed("receive a percept")(&error))?;
-        Ok(sample.map(|sample| read(sample.user_header(), sample.payload())))
+    /// Writes the next unread percept to `percept`; returns how many of its deliveries did not decode, or
+    /// why the percept is refused. `None` if there is no unread one.
+    pub fn receive(
+        &mut self,
+        percept: &mut Percept,
+    ) -> Result<Option<Result<u32, PerceptError>>, ServiceError> {
+        match &mut self.0 {
+            AgentEnds::Blackboard(ports) => Ok(ports.receive(percept)),
+            AgentEnds::PublishSubscribe(ports) => ports.receive(percept),
+        }
     }
 
     /// Sends a command.
-    pub fn send(&self, command: RawCommand) -> Result<(), ServiceError> {
-        let sent = self.uplink.send_copy(command).map_err(|error| failed("send a command")(&error))?;
-        match sent {
-            0 => Err(ServiceError::Transport {
-                doing: "send a command".to_string(),
-                reason: "the arena does not listen".to_string(),
-            }),
-            _ => Ok(()),
+    pub fn send(&mut self, command: RawCommand) -> Result<(), ServiceError> {
+        match &mut self.0 {
+            AgentEnds::Blackboard(ports) => {
+                ports.send(command);
+                Ok(())
+            }
+            AgentEnds::PublishSubscribe(ports) => ports.send(command),
         }
     }
-}
-
-/// One writer, one reader, and few messages between them.
-fn one_to_one<P, H>(builder: Builder<P, H, ipc::Service>) -> Builder<P, H, ipc::Service>
-where
-    P: fmt::Debug + IceoryxSend + ?Sized,
-    H: fmt::Debug + ZeroCopySend,
-{
-    builder
-        .max_publishers(1)
-        .max_subscribers(1)
-        .max_nodes(NODES_PER_SERVICE)
-        .subscriber_max_buffer_size(BUFFERED)
-        .subscriber_max_borrowed_samples(BUFFERED)
-        .history_size(0)
-        .enable_safe_overflow(true)
 }
 
 fn config(run: &RunDir) -> Result<Config, ServiceError> {
@@ -305,45 +256,140 @@ fn config(run: &RunDir) -> Result<Config, ServiceError> {
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
     // The default of 128 costs 450 KB of heap per subscriber.
-    config.defaults.publish_subscribe.subscriber_expired_connection_buffer = BUFFERED;
+    config.defaults.publish_subscribe.subscriber_expired_connection_buffer = publish_subscribe::BUFFERED;
     Ok(config)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{command::Command, frame::BodyVector, packet::Packet};
+    use crate::{
+        command::Command,
+        frame::BodyVector,
+        packet::Packet,
+        percept::{DELIVERIES_MAX, Delivery, FieldComponent, Wall},
+        units::{Meters, Radians},
+    };
 
     fn run(what: &str) -> (RunDir, crate::run_dir::RunLock) {
         let name = format!("test-services-{what}-{}", std::process::id());
         RunDir::create(name.parse().unwrap()).unwrap()
     }
 
+    const PLANES: [Plane; 2] = [Plane::Blackboard, Plane::PublishSubscribe];
+
+    fn command(sequence: u32) -> Command {
+        let packet = Packet { sender: RobotId::first(0), sequence, light: 0.5 };
+        Command { goal: BodyVector::new(1.0, 2.0), velocity: BodyVector::HERE, packet }
+    }
+
+    /// One with so much of everything.
+    fn percept(tick: u64, deliveries: usize, walls: usize, field: usize) -> Percept {
+        let mut percept = Percept::empty(tick);
+        percept.light.value = tick as f64;
+        let length = |at: usize| Meters::new(at as f64).unwrap();
+        let bearing = Radians::new(0.5).unwrap();
+        percept.deliveries = (0..deliveries)
+            .map(|at| Delivery {
+                packet: Packet { sender: RobotId::first(at as u32), sequence: tick as u32, light: 1.5 },
+                range: length(at),
+                bearing,
+                orientation: bearing,
+            })
+            .collect();
+        percept.walls = (0..walls).map(|at| Wall { distance: length(at), bearing }).collect();
+        percept.field = (0..field).map(|at| FieldComponent::Constant(at as f64)).collect();
+        percept
+    }
+
+    /// What conforms to this on both planes can carry any run.
     #[test]
-    fn percepts_go_down_and_commands_come_up() {
-        let (run, owner) = run("roundtrip");
-        let robot = RobotId { index: 3, incarnation: 1 };
-        let arena = Medium::enter(&run).unwrap();
-        let host = arena.host(robot).unwrap();
-        let agent = Medium::enter(&run).unwrap().join(robot).unwrap();
+    fn percepts_go_down_and_commands_come_up_on_either_plane() {
+        for plane in PLANES {
+            let (run, owner) = run("roundtrip");
+            let robot = RobotId::first(0);
+            let arena = Medium::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+            let (mut read, mut frames) = (Percept::empty(0), Frames::of(DELIVERIES_MAX));
+            assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}");
+            assert_eq!(host.receive(), Ok(None), "{plane:?}");
+            let sizes = [(0, 0, 0), (1, 4, 0), (8, 0, 3), (9, 8, 16), (256, 1, 1), (7, 0, 0), (0, 2, 0)];
+            for (tick, (deliveries, walls, field)) in (0..).zip(sizes) {
+                let sent = percept(tick, deliveries, walls, field);
+                host.send(&sent, &mut frames).unwrap();
+                assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}, tick {tick}");
+                assert_eq!(read, sent, "{plane:?}");
+                assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}: it is read once");
 
-        let mut sent = Percept::empty(5);
-        sent.light.value = 2.5;
-        assert!(host.send(&sent).unwrap());
-        let mut read = Percept::empty(0);
-        let refused = agent.receive(|header, deliveries| header.read(deliveries, &mut read)).unwrap();
-        assert_eq!((refused, &read), (Some(Ok(0)), &sent));
+                let command = command(tick as u32);
+                agent.send(RawCommand::new(tick, &command, 1)).unwrap();
+                assert_eq!(host.receive().unwrap().unwrap().check(robot, tick), Ok(command), "{plane:?}");
+                assert_eq!(host.receive(), Ok(None), "{plane:?}: it is read once");
+            }
+            drop((host, agent, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
 
-        let command = Command {
-            goal: BodyVector::new(1.0, 2.0),
-            velocity: BodyVector::HERE,
-            packet: Packet { sender: robot, sequence: 0, light: 0.0 },
-        };
-        agent.send(RawCommand::new(5, &command, 1)).unwrap();
-        assert_eq!(host.receive().unwrap().unwrap().check(robot, 5), Ok(command));
-        assert_eq!(host.receive().unwrap(), None);
-        drop((host, agent, arena));
-        run.remove_own(owner).unwrap();
+    /// A new trial sends the same tick once more.
+    #[test]
+    fn the_same_message_again_is_a_new_one() {
+        for plane in PLANES {
+            let (run, owner) = run("again");
+            let robot = RobotId::first(0);
+            let arena = Medium::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+            let (mut read, mut frames) = (Percept::empty(0), Frames::of(1));
+            for _ in 0..2 {
+                host.send(&percept(3, 1, 1, 0), &mut frames).unwrap();
+                assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}");
+                agent.send(RawCommand::new(3, &command(0), 1)).unwrap();
+                assert!(host.receive().unwrap().is_some(), "{plane:?}");
+            }
+            drop((host, agent, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    /// What `read` gets while another thread writes as fast as it can is whole, and goes forward.
+    #[test]
+    fn a_percept_that_is_replaced_while_it_is_read_is_never_a_mixture() {
+        for plane in PLANES {
+            let (run, owner) = run("mixture");
+            let robot = RobotId::first(0);
+            let arena = Medium::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            let done = std::sync::atomic::AtomicBool::new(false);
+            let read = std::thread::scope(|scope| {
+                let reader = scope.spawn(|| {
+                    let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+                    let (mut read, mut count, mut newest) = (Percept::empty(0), 0, 0);
+                    while !done.load(std::sync::atomic::Ordering::Relaxed) {
+                        if agent.receive(&mut read).unwrap() == Some(Ok(0)) {
+                            assert!(read.tick > newest, "{plane:?}: {} after {newest}", read.tick);
+                            newest = read.tick;
+                            assert_eq!(read, percept(newest, 20, 3, 2), "{plane:?}");
+                            count += 1;
+                        }
+                    }
+                    count
+                });
+                let mut frames = Frames::of(32);
+                for tick in 1..=20_000 {
+                    host.send(&percept(tick, 20, 3, 2), &mut frames).unwrap();
+                    if reader.is_finished() {
+                        break;
+                    }
+                }
+                done.store(true, std::sync::atomic::Ordering::Relaxed);
+                reader.join().unwrap()
+            });
+            assert!(read > 0, "{plane:?}");
+            drop((host, arena));
+            run.remove_own(owner).unwrap();
+        }
     }
 
     /// Files of a run, its folder included.
@@ -369,65 +415,70 @@ mod tests {
     #[ignore = "it is the process that another test starts and kills"]
     fn an_agent_that_waits_to_be_killed() {
         let Ok(name) = std::env::var("LAMPLIGHT_TEST_RUN") else { return };
+        let plane = PLANES[usize::from(std::env::var("LAMPLIGHT_TEST_PLANE").unwrap() != "0")];
         let run = RunDir::of(name.parse().unwrap());
-        let agent = Medium::enter(&run).unwrap().join(RobotId::first(0)).unwrap();
-        let command = Command {
-            goal: BodyVector::HERE,
-            velocity: BodyVector::HERE,
-            packet: Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 },
-        };
-        agent.send(RawCommand::new(0, &command, 1)).unwrap();
+        let mut agent = Medium::enter(&run).unwrap().join(RobotId::first(0), plane).unwrap();
+        agent.send(RawCommand::new(0, &command(0), 1)).unwrap();
         std::thread::sleep(Duration::from_secs(60));
     }
 
     #[test]
     fn nothing_is_left_of_a_life_that_was_killed() {
-        let (run, owner) = run("killed");
-        let arena = Medium::enter(&run).unwrap();
-        let neighbor = arena.host(RobotId::first(1)).unwrap();
-        let before = files(&run);
-        let ports = arena.host(RobotId::first(0)).unwrap();
-        let mut agent = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["--ignored", "--exact", "services::tests::an_agent_that_waits_to_be_killed"])
-            .env("LAMPLIGHT_TEST_RUN", run.name().to_string())
-            .stdout(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
-        while ports.receive().unwrap().is_none() {
-            assert_eq!(agent.try_wait().unwrap(), None, "the agent ended by itself");
-            ports.send(&Percept::empty(0)).unwrap();
-            std::thread::sleep(Duration::from_millis(1));
+        for (at, plane) in PLANES.into_iter().enumerate() {
+            let (run, owner) = run("killed");
+            let arena = Medium::enter(&run).unwrap();
+            let neighbor = arena.host(RobotId::first(1), plane).unwrap();
+            let before = files(&run);
+            let mut ports = arena.host(RobotId::first(0), plane).unwrap();
+            let mut agent = std::process::Command::new(std::env::current_exe().unwrap())
+                .args(["--ignored", "--exact", "services::tests::an_agent_that_waits_to_be_killed"])
+                .env("LAMPLIGHT_TEST_RUN", run.name().to_string())
+                .env("LAMPLIGHT_TEST_PLANE", at.to_string())
+                .stdout(std::process::Stdio::null())
+                .spawn()
+                .unwrap();
+            while ports.receive().unwrap().is_none() {
+                assert_eq!(agent.try_wait().unwrap(), None, "the agent ended by itself");
+                ports.send(&Percept::empty(0), &mut Frames::of(1)).unwrap();
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            agent.kill().unwrap();
+            agent.wait().unwrap();
+            assert!(files(&run).len() > before.len() + 10, "{plane:?}: it has left something");
+            bury(&run, Vec::new());
+            assert!(files(&run).len() > before.len() + 10, "{plane:?}: its life is not said to be over yet");
+            bury(&run, std::vec![ports]);
+            assert_eq!(files(&run), before, "{plane:?}");
+            // The next life of the robot has room, though the dead one's place stays taken to the end.
+            let _next = arena.host(RobotId::first(0).reborn(), plane).unwrap();
+            drop((neighbor, arena));
+            run.remove_own(owner).unwrap();
         }
-        agent.kill().unwrap();
-        agent.wait().unwrap();
-        assert!(files(&run).len() > before.len() + 10, "it has left something");
-        bury(&run, Vec::new());
-        assert!(files(&run).len() > before.len() + 10, "its life is not said to be over yet");
-        bury(&run, std::vec![ports]);
-        assert_eq!(files(&run), before);
-        drop((neighbor, arena));
-        run.remove_own(owner).unwrap();
     }
 
     #[test]
     fn a_second_agent_is_told_that_the_robot_is_taken() {
-        let (run, owner) = run("taken");
-        let robot = RobotId::first(0);
-        let arena = Medium::enter(&run).unwrap();
-        let _host = arena.host(robot).unwrap();
-        let first = Medium::enter(&run).unwrap();
-        let _agent = first.join(robot).unwrap();
-        let second = Medium::enter(&run).unwrap();
-        assert_eq!(second.join(robot).unwrap_err(), ServiceError::Taken(robot));
-        run.remove_own(owner).unwrap();
+        for plane in PLANES {
+            let (run, owner) = run("taken");
+            let robot = RobotId::first(0);
+            let arena = Medium::enter(&run).unwrap();
+            let _host = arena.host(robot, plane).unwrap();
+            let first = Medium::enter(&run).unwrap();
+            let _agent = first.join(robot, plane).unwrap();
+            let second = Medium::enter(&run).unwrap();
+            assert_eq!(second.join(robot, plane).unwrap_err(), ServiceError::Taken(robot), "{plane:?}");
+            run.remove_own(owner).unwrap();
+        }
     }
 
     #[test]
     fn an_agent_for_an_unknown_robot_is_told_so() {
-        let (run, owner) = run("unknown");
-        let medium = Medium::enter(&run).unwrap();
-        let robot = RobotId::first(50);
-        assert_eq!(medium.join(robot).unwrap_err(), ServiceError::Unknown(robot));
-        run.remove_own(owner).unwrap();
+        for plane in PLANES {
+            let (run, owner) = run("unknown");
+            let medium = Medium::enter(&run).unwrap();
+            let robot = RobotId::first(50);
+            assert_eq!(medium.join(robot, plane).unwrap_err(), ServiceError::Unknown(robot), "{plane:?}");
+            run.remove_own(owner).unwrap();
+        }
     }
 }

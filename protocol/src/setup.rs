@@ -69,11 +69,33 @@ pub enum Mode {
     Realtime,
 }
 
+/// What carries percepts and commands between the arena and its agents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    /// One latest value per direction, which the next one replaces: what lock-step needs.
+    Blackboard,
+    /// Short queues: in real time a message that comes while another waits does not replace it.
+    PublishSubscribe,
+}
+
+impl Mode {
+    /// The plane that suits it.
+    pub fn plane(self) -> Plane {
+        match self {
+            Self::Lockstep => Plane::Blackboard,
+            Self::Realtime => Plane::PublishSubscribe,
+        }
+    }
+}
+
 /// Everything an agent needs to start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentSetup {
     /// How to keep time.
     pub mode: Mode,
+    /// What carries messages.
+    pub plane: Plane,
     /// Length of a neighbor cycle: how often an agent hears of the world and answers.
     pub cycle: Seconds,
     /// Parameters of the mind.

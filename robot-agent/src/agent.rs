@@ -7,7 +7,7 @@ use coverage::Controller;
 use protocol::{
     codec,
     percept::Percept,
-    raw::{BOOT_TICK, PerceptError, RawCommand},
+    raw::{BOOT_TICK, RawCommand},
     robot_id::RobotId,
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
@@ -61,10 +61,7 @@ impl Agent {
     fn receive(&mut self) -> Result<bool, ServiceError> {
         let mut received = false;
         loop {
-            let percept = &mut self.percept;
-            let read: Option<Result<u32, PerceptError>> =
-                self.ports.receive(|header, deliveries| header.read(deliveries, percept))?;
-            match read {
+            match self.ports.receive(&mut self.percept)? {
                 None => return Ok(received),
                 Some(Ok(0)) => received = true,
                 Some(Ok(refused)) => {

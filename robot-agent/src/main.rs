@@ -104,7 +104,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     wait_until_ready(&run, &arena)?;
     let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
-    let ports = Medium::enter(&run)?.join(id).map_err(|error| explained(error, &run))?;
+    let ports = Medium::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, setup.controller, ports);
     match setup.mode {
         Mode::Lockstep => lockstep::run(agent, &bell, &run, &arena),

@@ -24,6 +24,8 @@ use tests::{
 
 const ROBOT: RobotId = RobotId::first(3);
 const OPTIONS: [&str; 2] = ["--duration", "2"];
+/// With queues a lie is heard even if the truth follows at once; on a blackboard the truth may replace it.
+const QUEUES: [&str; 2] = ["--set", "processes.plane=publish-subscribe"];
 /// Others are killed, restarted and stopped, and packets are lost.
 const UNDER_A_PLAN: [&str; 4] = [
     "--duration",
@@ -35,14 +37,14 @@ const UNDER_A_PLAN: [&str; 4] = [
 ];
 
 /// Drives robot 3 of a run; `misbehave` sends what it likes beside the honest answer.
-fn run_with(options: &[&str], misbehave: impl Fn(&AgentPorts, Tick, &Command) -> Honesty) -> Run {
+fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command) -> Honesty) -> Run {
     let run = LiveRun::start("one-gaussian", &[options, &["--by-hand", "3"]].concat());
     run.wait_until_open();
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Medium::enter(&folder).unwrap();
-    let ports = medium.join(ROBOT).unwrap();
+    let mut ports = medium.join(ROBOT, setup.plane).unwrap();
     let mut mind = Controller::new(ROBOT, setup.controller);
     let mut seen = bell.round();
     ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
@@ -53,11 +55,12 @@ fn run_with(options: &[&str], misbehave: impl Fn(&AgentPorts, Tick, &Command) ->
             Ring::Silence => panic!("the arena is silent"),
         }
         let mut percept = Percept::empty(0);
-        if ports.receive(|header, heard| header.read(heard, &mut percept).unwrap()).unwrap().is_none() {
-            continue;
+        match ports.receive(&mut percept).unwrap() {
+            None => continue,
+            Some(read) => assert_eq!(read, Ok(0)),
         }
         let honest = mind.step(&percept);
-        if misbehave(&ports, percept.tick, &honest) == Honesty::AfterAll {
+        if misbehave(&mut ports, percept.tick, &honest) == Honesty::AfterAll {
             ports.send(raw(percept.tick, &honest)).unwrap();
         }
         bell.answer();
@@ -88,15 +91,19 @@ fn assert_harmless(what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
 }
 
 fn assert_harmless_in(options: &[&str], what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
-    let run = run_with(options, |ports, tick, honest| {
-        ports.send(lie(tick, honest)).unwrap();
-        Honesty::AfterAll
-    });
-    assert_eq!(run.digest(), in_process(options).digest(), "{what}");
-    let ticks = run.number("ticks") as u64 + 1;
-    for robot in run.robots() {
-        let refused = if robot.robot == ROBOT.index { ticks } else { 0 };
-        assert_eq!(robot.commands_refused, refused, "{what}: {robot:?}");
+    let truth = in_process(options);
+    for plane in [&[][..], &QUEUES] {
+        let run = run_with(&[options, plane].concat(), |ports, tick, honest| {
+            ports.send(lie(tick, honest)).unwrap();
+            Honesty::AfterAll
+        });
+        assert_eq!(run.digest(), truth.digest(), "{what}");
+        let ticks = run.number("ticks") as u64 + 1;
+        for robot in run.robots() {
+            let lies = if robot.robot == ROBOT.index { ticks } else { 0 };
+            let heard = if plane.is_empty() { 0..=lies } else { lies..=lies };
+            assert!(heard.contains(&robot.commands_refused), "{what}: {robot:?}");
+        }
     }
 }
 
@@ -162,15 +169,21 @@ fn lies_are_refused_while_others_die_and_come_back() {
 
 #[test]
 fn a_flood_is_refused_and_drowns_nobody() {
-    let run = run_with(&OPTIONS, |ports, tick, honest| {
-        for _ in 0..500 {
-            ports.send(raw(tick, honest)).unwrap();
+    let truth = in_process(&OPTIONS);
+    for plane in [&[][..], &QUEUES] {
+        let run = run_with(&[&OPTIONS, plane].concat(), |ports, tick, honest| {
+            for _ in 0..500 {
+                ports.send(raw(tick, honest)).unwrap();
+            }
+            Honesty::AfterAll
+        });
+        assert_eq!(run.digest(), truth.digest());
+        for robot in run.robots() {
+            // A blackboard has room for the newest only.
+            let floods = robot.robot == ROBOT.index;
+            let counted = robot.commands_refused > 0;
+            assert!(counted == floods || plane.is_empty() && floods, "{robot:?}");
         }
-        Honesty::AfterAll
-    });
-    assert_eq!(run.digest(), in_process(&OPTIONS).digest());
-    for robot in run.robots() {
-        assert_eq!(robot.commands_refused > 0, robot.robot == ROBOT.index, "{robot:?}");
     }
 }
 

@@ -19,11 +19,11 @@ use protocol::{
     control::Event,
     doorbell::Doorbell,
     percept::{Percept, Tick},
-    raw::{BOOT_TICK, CommandError},
+    raw::{BOOT_TICK, CommandError, Frames},
     robot_id::RobotId,
     run_dir::RunDir,
     services::{ArenaPorts, Medium, bury},
-    setup::Mode,
+    setup::{Mode, Plane},
 };
 
 use super::{Answers, Incident, SquadError, Standing};
@@ -105,6 +105,9 @@ pub(super) struct Members {
     pub(super) doorbell: Doorbell,
     pub(super) hang_timeout: Duration,
     medium: Medium,
+    plane: Plane,
+    /// Frames of packets that agents are to hear.
+    frames: Frames,
     hosting: Hosting,
     on_hang: OnHang,
     join_timeout: Duration,
@@ -122,9 +125,9 @@ impl Members {
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         tell_setup(run, scenario, mode)?;
         let medium = Medium::enter(run)?;
-        let robots = scenario.robot_count();
+        let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
         let members = (0..robots)
-            .map(|index| Member::hosted(&medium, RobotId::first(index)))
+            .map(|index| Member::hosted(&medium, plane, RobotId::first(index)))
             .collect::<Result<_, _>>()?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
@@ -133,6 +136,8 @@ impl Members {
             doorbell,
             hang_timeout: scenario.processes.hang_timeout(),
             medium,
+            plane,
+            frames: Frames::of(robots as usize),
             hosting,
             on_hang: scenario.processes.on_hang,
             join_timeout: scenario.processes.join_timeout(),
@@ -279,11 +284,11 @@ impl Members {
     }
 
     /// Sends a percept to every agent that takes part; returns their indices.
-    pub(super) fn send(&self, percepts: &[Percept]) -> Result<Vec<usize>, SquadError> {
+    pub(super) fn send(&mut self, percepts: &[Percept]) -> Result<Vec<usize>, SquadError> {
         let mut present = Vec::with_capacity(percepts.len());
-        for (index, (member, percept)) in self.members.iter().zip(percepts).enumerate() {
-            if let (Presence::Present, Some(ports)) = (member.presence, &member.ports) {
-                ports.send(percept)?;
+        for (index, (member, percept)) in self.members.iter_mut().zip(percepts).enumerate() {
+            if let (Presence::Present, Some(ports)) = (member.presence, &mut member.ports) {
+                ports.send(percept, &mut self.frames)?;
                 present.push(index);
             }
         }
@@ -294,7 +299,7 @@ impl Members {
     /// ticks. Whatever else is there is refused and counted.
     pub(super) fn hear(&mut self, index: usize, awaited: RangeInclusive<Tick>) -> Result<Heard, SquadError> {
         let member = &mut self.members[index];
-        let Some(ports) = &member.ports else { return Ok(Heard::Nothing) };
+        let Some(ports) = &mut member.ports else { return Ok(Heard::Nothing) };
         let (mut heard, mut refusals) = (Heard::Nothing, Vec::new());
         for _ in 0..READS_MAX {
             let Some(raw) = ports.receive()? else { break };
@@ -431,7 +436,7 @@ impl Members {
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
     fn begin(&mut self, index: usize, id: RobotId) -> Result<Presence, SquadError> {
         let refused = self.members[index].refused;
-        self.members[index] = Member { refused, ..Member::hosted(&self.medium, id)? };
+        self.members[index] = Member { refused, ..Member::hosted(&self.medium, self.plane, id)? };
         if !self.is_by_hand(index) {
             self.hosting.link.tell(&Event::Start(id));
         }
@@ -493,8 +498,8 @@ impl Presence {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(medium: &Medium, id: RobotId) -> Result<Self, SquadError> {
-        let ports = Some(medium.host(id)?);
+    fn hosted(medium: &Medium, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
+        let ports = Some(medium.host(id, plane)?);
         Ok(Self { id, ports, process: None, presence: Presence::expected(), refused: 0 })
     }
 

@@ -27,6 +27,18 @@ pub(super) enum LawName {
     Exact,
 }
 
+// `protocol::setup::Plane` likewise.
+/// What carries percepts and commands between the arena and its agents.
+#[derive(JsonSchema)]
+#[serde(rename = "Plane", rename_all = "kebab-case")]
+#[allow(dead_code, reason = "only its schema is used")]
+pub(super) enum PlaneName {
+    /// One latest value per direction, which the next one replaces: what lock-step needs.
+    Blackboard,
+    /// Short queues: in real time a message that comes while another waits does not replace it.
+    PublishSubscribe,
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;

@@ -3,12 +3,12 @@
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use protocol::setup::Law;
+use protocol::setup::{Law, Plane};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::{Finite, NonNegative, Positive, RobotCount, Xy};
-use super::schema::LawName;
+use super::schema::{LawName, PlaneName};
 
 /// Every table at the top of a scenario file.
 pub(super) const TABLES: [&str; 10] = [
@@ -168,6 +168,9 @@ pub struct ProcessesSpec {
     pub on_hang: OnHang,
     /// How long the arena waits for all robots to join, in seconds of wall time.
     pub join_timeout_s: Positive,
+    /// What carries messages; without it blackboards in lock-step, publish-subscribe in real time.
+    #[schemars(with = "Option<PlaneName>")]
+    pub plane: Option<Plane>,
 }
 
 /// What happens to a robot that hangs.
@@ -232,6 +235,7 @@ impl Default for ProcessesSpec {
             hang_timeout_s: constant!(Positive, 2.0),
             on_hang: OnHang::default(),
             join_timeout_s: constant!(Positive, 30.0),
+            plane: None,
         }
     }
 }
