@@ -14,7 +14,10 @@ use core::{
 };
 use std::{io, path::Path, time::Instant};
 
-use rustix::thread::futex::{self, Flags, Timespec};
+use rustix::{
+    io::Errno,
+    thread::futex::{self, Flags, Timespec},
+};
 
 use crate::mapping::{Mapping, Shareable};
 
@@ -108,9 +111,11 @@ impl Doorbell {
             if missing as i32 <= 0 {
                 return true;
             }
-            if !sleep_while(&self.page.missing.0, missing, deadline) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
                 return false;
             }
+            sleep_while(&self.page.missing.0, missing, left);
         }
     }
 
@@ -119,9 +124,8 @@ impl Doorbell {
         self.page.round.0.load(Ordering::Acquire)
     }
 
-    /// An agent waits for a round after `seen`, `timeout` at most.
+    /// An agent waits for a round after `seen`, about `timeout` at most; it reads no clock.
     pub fn wait_for_ring(&self, seen: u32, timeout: Duration) -> Ring {
-        let deadline = Instant::now() + timeout;
         loop {
             if self.is_closed() {
                 return Ring::Closed;
@@ -130,7 +134,7 @@ impl Doorbell {
             if round != seen {
                 return Ring::Round(round);
             }
-            if !sleep_while(&self.page.round.0, seen, deadline) {
+            if sleep_while(&self.page.round.0, seen, timeout) == Slept::Enough {
                 return Ring::Silence;
             }
         }
@@ -153,16 +157,22 @@ impl Doorbell {
     }
 }
 
-/// Sleeps until somebody wakes `word` or it no longer holds `value`. False once `deadline` is past.
-fn sleep_while(word: &AtomicU32, value: u32, deadline: Instant) -> bool {
-    let left = deadline.saturating_duration_since(Instant::now());
-    if left.is_zero() {
-        return false;
+/// Why a sleep ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slept {
+    /// The time is over.
+    Enough,
+    /// Woken, interrupted, or the word has changed: look again.
+    Disturbed,
+}
+
+/// Sleeps until somebody wakes `word` or it no longer holds `value`, `timeout` at most.
+fn sleep_while(word: &AtomicU32, value: u32, timeout: Duration) -> Slept {
+    let timeout = Timespec { tv_sec: timeout.as_secs() as i64, tv_nsec: timeout.subsec_nanos().into() };
+    match futex::wait(word, Flags::empty(), value, Some(&timeout)) {
+        Err(Errno::TIMEDOUT) => Slept::Enough,
+        _ => Slept::Disturbed,
     }
-    let left = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
-    // Every outcome (woken, changed, interrupted, timed out) means the same: look again.
-    let _ = futex::wait(word, Flags::empty(), value, Some(&left));
-    true
 }
 
 #[cfg(test)]

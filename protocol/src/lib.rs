@@ -26,6 +26,8 @@ pub mod control;
 #[cfg(feature = "ipc")]
 pub mod doorbell;
 #[cfg(feature = "ipc")]
+pub mod footprint;
+#[cfg(feature = "ipc")]
 pub mod mapping;
 #[cfg(feature = "ipc")]
 pub mod raw;

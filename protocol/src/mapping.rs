@@ -1,4 +1,4 @@
-//! A file of shared memory seen as a value: the only place with `unsafe` in this crate.
+//! A file of shared memory seen as a value.
 //!
 //! Contract:
 //! - A [`Shareable`] type consists of atomics alone, so that every bit pattern is a valid value,

@@ -13,30 +13,30 @@ use crate::{Abandoned, agent::Agent};
 const ALIVE_POLL: Duration = Duration::from_millis(250);
 /// How long rounds may pass it by before it understands that it has been left out.
 const LEFT_OUT: Duration = Duration::from_secs(2);
-/// An agent that runs looks around every [`ALIVE_POLL`]. After a gap like this it was itself away,
-/// stopped perhaps, and rounds that passed it by until then say nothing.
+/// Rounds that pass by come often. After a gap like this the agent was itself away, stopped perhaps, and those
+/// before it say nothing.
 const AWAY: Duration = Duration::from_secs(1);
 
-pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
+pub(crate) fn run(
+    agent: &mut Agent,
+    bell: &Doorbell,
+    run: &RunDir,
+    arena: &ArenaWatch,
+) -> anyhow::Result<()> {
     let mut seen = bell.round();
-    let mut passed_by_since = None;
+    let mut passed_by = None;
     agent.announce()?;
     bell.answer();
-    let mut looked = Instant::now();
     loop {
-        let ring = bell.wait_for_ring(seen, ALIVE_POLL);
-        if looked.elapsed() > AWAY {
-            passed_by_since = None;
-        }
-        looked = Instant::now();
-        match ring {
+        // No clock is read in a steady tick.
+        match bell.wait_for_ring(seen, ALIVE_POLL) {
             Ring::Closed => return Ok(()),
             Ring::Round(round) => {
                 seen = round;
                 if agent.answer(run)? {
                     bell.answer();
-                    passed_by_since = None;
-                } else if passed_by_since.get_or_insert_with(Instant::now).elapsed() > LEFT_OUT {
+                    passed_by = None;
+                } else if passed_by.get_or_insert_with(PassedBy::begin).goes_on() > LEFT_OUT {
                     return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
                 }
             }
@@ -49,5 +49,28 @@ pub(crate) fn run(mut agent: Agent, bell: &Doorbell, run: &RunDir, arena: &Arena
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }
         }
+    }
+}
+
+/// Rounds that have begun without a percept for this robot.
+struct PassedBy {
+    since: Instant,
+    latest: Instant,
+}
+
+impl PassedBy {
+    fn begin() -> Self {
+        let now = Instant::now();
+        Self { since: now, latest: now }
+    }
+
+    /// Another one: for how long now.
+    fn goes_on(&mut self) -> Duration {
+        let now = Instant::now();
+        if now - self.latest > AWAY {
+            self.since = now;
+        }
+        self.latest = now;
+        now - self.since
     }
 }

@@ -17,10 +17,11 @@ use anyhow::{Context, bail};
 use clap::Parser;
 use protocol::{
     doorbell::Doorbell,
+    footprint,
     robot_id::RobotId,
     run_dir::{ArenaWatch, RunDir, RunDirError, RunName},
     services::{Medium, ServiceError},
-    setup::Mode,
+    setup::{AgentSetup, Mode},
 };
 use tracing_subscriber::EnvFilter;
 
@@ -98,7 +99,28 @@ enum Abandoned {
     LeftOut { run: RunName, id: RobotId },
 }
 
+/// A robot that has taken its place in a run.
+struct Seat {
+    setup: AgentSetup,
+    run: RunDir,
+    arena: ArenaWatch,
+    bell: Doorbell,
+    agent: Agent,
+}
+
 fn drive(cli: &Cli) -> anyhow::Result<()> {
+    let mut seat = take_seat(cli)?;
+    footprint::trim();
+    let Seat { setup, run, arena, bell, agent } = &mut *seat;
+    match setup.mode {
+        Mode::Lockstep => lockstep::run(agent, bell, run, arena),
+        Mode::Realtime => realtime::run(agent, bell, run, arena, setup.cycle),
+    }
+}
+
+/// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.
+#[inline(never)]
+fn take_seat(cli: &Cli) -> anyhow::Result<Box<Seat>> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
@@ -106,10 +128,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Medium::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, setup.controller, ports);
-    match setup.mode {
-        Mode::Lockstep => lockstep::run(agent, &bell, &run, &arena),
-        Mode::Realtime => realtime::run(agent, &bell, &run, &arena, setup.cycle),
-    }
+    Ok(Box::new(Seat { setup, run, arena, bell, agent }))
 }
 
 /// An agent started by hand may come before the arena has everything laid out.

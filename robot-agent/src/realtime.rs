@@ -24,7 +24,7 @@ const AWAY: Duration = Duration::from_secs(1);
 const NAP: Duration = Duration::from_millis(250);
 
 pub(crate) fn run(
-    mut agent: Agent,
+    agent: &mut Agent,
     bell: &Doorbell,
     run: &RunDir,
     arena: &ArenaWatch,
