@@ -60,6 +60,10 @@ pub struct Arena {
     /// Deliveries that a fault delays, by the tick in which they come.
     delayed: BTreeMap<Tick, Vec<(u32, Delivery)>>,
     percepts: Vec<Percept>,
+    /// What each robot says in this tick.
+    said: Vec<Option<Packet>>,
+    /// What the channel lets through in this tick.
+    receptions: Vec<Reception>,
     packets: Packets,
     heard: Vec<u64>,
     digest: Digest,
@@ -87,6 +91,8 @@ impl Arena {
             bumped: vec![false; robots],
             delayed: BTreeMap::new(),
             percepts: vec![Percept::empty(0); robots],
+            said: Vec::new(),
+            receptions: Vec::new(),
             packets: Packets::default(),
             heard: vec![0; robots],
             digest: Digest::default(),
@@ -243,10 +249,9 @@ impl Arena {
         if self.tick.is_none() {
             return;
         }
-        let acts: Vec<bool> = self.commands.iter().map(Option::is_some).collect();
-        let plan = &mut self.plan;
+        let (commands, plan) = (&self.commands, &mut self.plan);
         self.world.advance(self.scenario.step_s.get(), |robot, course| {
-            acts[robot].then(|| plan.driven(tick, robot as u32, course))
+            commands[robot].is_some().then(|| plan.driven(tick, robot as u32, course))
         });
         for (bumped, now) in self.bumped.iter_mut().zip(self.world.bumped()) {
             *bumped |= now;
@@ -256,14 +261,15 @@ impl Arena {
     /// Packets fly: what the channel lets through meets the fault plan, and what is left is
     /// measured and put into the receiver's inbox, now or later.
     fn play_channel(&mut self, tick: Tick) {
-        let said: Vec<Option<Packet>> =
-            self.commands.iter().map(|command| command.map(|command| command.packet)).collect();
+        let (mut said, mut receptions) = (mem::take(&mut self.said), mem::take(&mut self.receptions));
+        said.clear();
+        said.extend(self.commands.iter().map(|command| command.map(|command| command.packet)));
         let cycle = self.scenario.begins_cycle(tick).then(|| self.scenario.cycle_of(tick));
         let time_s = tick as f64 * self.scenario.step_s.get();
         let moment = Moment { tick, cycle, time_s, poses: self.world.poses(), said: &said };
         let plan = &mut self.plan;
         let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet);
-        let receptions = self.channel.play(&moment, &mut self.packets, &mut transmit);
+        self.channel.play(&moment, &mut self.packets, &mut transmit, &mut receptions);
         for (robot, said) in said.iter().enumerate() {
             if said.is_none() {
                 self.inboxes[robot].clear();
@@ -273,6 +279,7 @@ impl Arena {
         for reception in &receptions {
             self.receive(tick, reception);
         }
+        (self.said, self.receptions) = (said, receptions);
     }
 
     /// Deliveries that a fault has delayed until now; who is silent by now misses them.
@@ -338,7 +345,11 @@ impl Arena {
             heard.sort_by(|a, b| a.range.get().total_cmp(&b.range.get()));
             heard.truncate(DELIVERIES_MAX);
         }
-        heard.sort_by_key(|delivery| delivery.packet.sender.index);
+        let sender = |delivery: &Delivery| delivery.packet.sender.index;
+        // Most channels and plans leave nothing to sort.
+        if !heard.is_sorted_by_key(sender) {
+            heard.sort_by_key(sender);
+        }
         let deliveries = &mut self.percepts[robot].deliveries;
         deliveries.clear();
         deliveries.extend(heard.drain(..));

@@ -18,7 +18,6 @@ use protocol::{packet::Packet, percept::Tick};
 pub use air::Crowding;
 
 use crate::{
-    delaunay::Delaunay,
     frame::Pose,
     lists::Lists,
     packets::Packets,
@@ -27,7 +26,7 @@ use crate::{
 };
 
 use air::Air;
-use reach::{Reach, Reached, Rules};
+use reach::{Reach, Reached};
 
 /// What the channel has to know of a tick.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +59,7 @@ pub struct Reception {
 /// A channel with what is in the air.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    rules: Rules,
-    delaunay: Delaunay,
+    reach: Reach,
     medium: Medium,
     loss: f64,
     seed: u64,
@@ -70,7 +68,7 @@ pub struct Channel {
 #[derive(Clone, Debug)]
 enum Medium {
     /// All packets at once and in no time, at the beginning of a cycle.
-    Instant,
+    Instant(Instant),
     /// Packets last, and meet.
     Timed(Air),
 }
@@ -79,12 +77,11 @@ impl Channel {
     /// The channel of a scenario, before anything was said.
     pub fn new(scenario: &Scenario) -> Self {
         let medium = match scenario.channel.access {
-            None | Some(Access::Instant) => Medium::Instant,
+            None | Some(Access::Instant) => Medium::Instant(Instant::default()),
             Some(_) => Medium::Timed(Air::new(scenario)),
         };
         Self {
-            rules: Rules::new(scenario),
-            delaunay: Delaunay::default(),
+            reach: Reach::new(scenario),
             medium,
             loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
             seed: scenario.seed,
@@ -92,21 +89,23 @@ impl Channel {
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
-    /// may change it. Receptions come in the order of receivers, then of time.
+    /// may change it. Receptions are written over `received`, in the order of receivers, then of time.
     pub fn play(
         &mut self,
         moment: &Moment<'_>,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
-    ) -> Vec<Reception> {
-        let (rules, delaunay) = (&self.rules, &mut self.delaunay);
-        let mut received = match &mut self.medium {
-            Medium::Instant => match moment.cycle {
-                Some(cycle) => instant(rules, delaunay, moment, cycle, packets, transmit),
-                None => Vec::new(),
-            },
-            Medium::Timed(air) => air.play(rules, delaunay, moment, packets, transmit),
-        };
+        received: &mut Vec<Reception>,
+    ) {
+        received.clear();
+        match &mut self.medium {
+            Medium::Instant(instant) => {
+                if let Some(cycle) = moment.cycle {
+                    instant.play(&mut self.reach, moment, cycle, packets, transmit, received);
+                }
+            }
+            Medium::Timed(air) => air.play(&mut self.reach, moment, packets, transmit, received),
+        }
         if self.loss > 0.0 {
             let before = received.len();
             received.retain(|reception| {
@@ -116,54 +115,65 @@ impl Channel {
             packets.lost_loss += (before - received.len()) as u64;
         }
         packets.heard += received.len() as u64;
-        received
     }
 
     /// How many packets got through the crowd, by the number of robots that could disturb them;
     /// `None` on a channel where none can.
     pub fn crowding(&self) -> Option<&Crowding> {
         match &self.medium {
-            Medium::Instant => None,
+            Medium::Instant(_) => None,
             Medium::Timed(air) => Some(air.crowding()),
         }
     }
 
     /// Pairs of robots that were looked at: what a tick costs.
     pub fn examined(&self) -> u64 {
-        self.rules.examined()
+        self.reach.examined()
     }
 }
 
-/// Every speaker is heard by all in reach.
-fn instant(
-    rules: &Rules,
-    delaunay: &mut Delaunay,
-    moment: &Moment<'_>,
-    cycle: u64,
-    packets: &mut Packets,
-    transmit: &mut dyn FnMut(u32, Packet) -> Packet,
-) -> Vec<Reception> {
-    let reach = Reach::now(rules, delaunay, moment.poses, |robot| moment.said[robot].is_some());
-    let mut reached = Reached::default();
-    let mut spoken: Vec<Option<Packet>> = moment.said.to_vec();
-    let mut flights = Vec::new();
-    for (sender, spoken) in spoken.iter_mut().enumerate() {
-        let Some(packet) = spoken else { continue };
-        *packet = transmit(sender as u32, *packet);
-        reach.of(sender as u32, cycle, &mut reached);
-        packets.sent += 1;
-        packets.in_range += reached.in_range();
-        packets.lost_range += reach.listeners() - 1 - reached.in_range();
-        packets.lost_edge += u64::from(reached.faded);
-        packets.occluded += u64::from(reached.occluded);
-        flights.extend(reached.robots.iter().map(|&receiver| (receiver as usize, sender)));
+/// Every speaker is heard by all in reach. What is kept from one moment to the next is memory alone.
+#[derive(Clone, Debug, Default)]
+struct Instant {
+    spoken: Vec<Option<Packet>>,
+    /// (receiver, sender)
+    flights: Vec<(usize, usize)>,
+    senders: Lists,
+    reached: Reached,
+}
+
+impl Instant {
+    fn play(
+        &mut self,
+        reach: &mut Reach,
+        moment: &Moment<'_>,
+        cycle: u64,
+        packets: &mut Packets,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+        received: &mut Vec<Reception>,
+    ) {
+        let Self { spoken, flights, senders, reached } = self;
+        reach.look(moment.poses, |robot| moment.said[robot].is_some());
+        spoken.clear();
+        spoken.extend_from_slice(moment.said);
+        flights.clear();
+        for (sender, spoken) in spoken.iter_mut().enumerate() {
+            let Some(packet) = spoken else { continue };
+            *packet = transmit(sender as u32, *packet);
+            reach.of(sender as u32, cycle, reached);
+            packets.sent += 1;
+            packets.in_range += reached.in_range();
+            packets.lost_range += reach.listeners() - 1 - reached.in_range();
+            packets.lost_edge += u64::from(reached.faded);
+            packets.occluded += u64::from(reached.occluded);
+            flights.extend(reached.robots.iter().map(|&receiver| (receiver as usize, sender)));
+        }
+        senders.regroup(spoken.len(), flights);
+        for (receiver, senders) in (0..).zip(senders.iter()) {
+            received.extend(senders.iter().filter_map(|&sender| {
+                let packet = spoken[sender]?;
+                Some(Reception { sender: sender as u32, receiver, number: cycle, packet })
+            }));
+        }
     }
-    let mut received = Vec::with_capacity(flights.len());
-    for (receiver, senders) in (0..).zip(Lists::grouped(spoken.len(), &flights).iter()) {
-        received.extend(senders.iter().filter_map(|&sender| {
-            let packet = spoken[sender]?;
-            Some(Reception { sender: sender as u32, receiver, number: cycle, packet })
-        }));
-    }
-    received
 }

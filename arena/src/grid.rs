@@ -1,33 +1,37 @@
 //! A spatial grid: who is within a radius, at a cost that grows with the answer and not with the
 //! swarm.
 
+use std::mem;
+
 use crate::{frame::ArenaPoint, lists::Lists};
 
 /// Points sorted into square cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
     cell_m: f64,
     columns: usize,
     rows: usize,
     /// The points of each cell, row by row.
     cells: Lists,
+    /// (cell, point), while it is sorted.
+    entries: Vec<(usize, usize)>,
 }
 
 impl Grid {
-    /// Sorts `points` of the rectangle from the origin to `size_m`. `radius_m` is the largest
-    /// radius that will be asked for.
-    pub(crate) fn new(points: &[ArenaPoint], size_m: [f64; 2], radius_m: f64) -> Self {
+    /// Sorts `points` of the rectangle from the origin to `size_m`, in place of those before. `radius_m` is
+    /// the largest radius that will be asked for.
+    pub(crate) fn sort(&mut self, points: &[ArenaPoint], size_m: [f64; 2], radius_m: f64) {
         // At most some three cells per point, whatever the radius and the shape of the rectangle.
         let (points_count, [width, height]) = (points.len().max(1) as f64, size_m);
         let roomy = (width * height / points_count).sqrt().max(width.max(height) / points_count);
         let cell_m = radius_m.max(roomy);
         let count = |length: f64| (length / cell_m).floor() as usize + 1;
-        let (columns, rows) = (count(size_m[0]), count(size_m[1]));
-        let mut grid = Self { cell_m, columns, rows, cells: Lists::default() };
-        let entries: Vec<_> =
-            points.iter().zip(0..).map(|(point, index)| (grid.cell_of(point), index)).collect();
-        grid.cells = Lists::grouped(columns * rows, &entries);
-        grid
+        (self.cell_m, self.columns, self.rows) = (cell_m, count(width), count(height));
+        let mut entries = mem::take(&mut self.entries);
+        entries.clear();
+        entries.extend(points.iter().zip(0..).map(|(point, index)| (self.cell_of(point), index)));
+        self.cells.regroup(self.columns * self.rows, &entries);
+        self.entries = entries;
     }
 
     /// Indices of all points that may lie within the radius of `center`: those of its cell and the
@@ -67,7 +71,8 @@ mod tests {
             radius in 0.01_f64..4.0,
         ) {
             let points: Vec<_> = points.into_iter().map(|(x, y)| ArenaPoint::new(x, y)).collect();
-            let grid = Grid::new(&points, [3.0, 2.0], radius);
+            let mut grid = Grid::default();
+            grid.sort(&points, [3.0, 2.0], radius);
             for center in &points {
                 let mut around: Vec<_> = grid.around(center).collect();
                 around.sort_unstable();

@@ -13,22 +13,30 @@ pub struct Lists {
 impl Lists {
     /// So many lists from `entries` of the form (list, member); members keep their order.
     pub fn grouped(count: usize, entries: &[(usize, usize)]) -> Self {
+        let mut lists = Self::default();
+        lists.regroup(count, entries);
+        lists
+    }
+
+    /// Becomes what [`Lists::grouped`] gives, in the memory there is.
+    pub fn regroup(&mut self, count: usize, entries: &[(usize, usize)]) {
+        let Self { starts, members } = self;
         // Counted two places too far, `starts[list + 1]` is where `list` begins, and after the last
         // member where it ends.
-        let mut starts = vec![0; count + 2];
+        starts.clear();
+        starts.resize(count + 2, 0);
         for (list, _) in entries {
             starts[list + 2] += 1;
         }
         for list in 2..count + 2 {
             starts[list] += starts[list - 1];
         }
-        let mut members = vec![0; entries.len()];
+        members.resize(entries.len(), 0);
         for &(list, member) in entries {
             members[starts[list + 1]] = member;
             starts[list + 1] += 1;
         }
         starts.pop();
-        Self { starts, members }
     }
 
     /// The lists, in order.
@@ -61,6 +69,9 @@ mod tests {
         assert_eq!(each, [&[5][..], &[], &[9, 7, 8], &[]]);
         assert_eq!(lists[2], [9, 7, 8]);
         assert_eq!(lists.joined(0..3), [5, 9, 7, 8]);
+        let mut again = lists.clone();
+        again.regroup(2, &[(1, 3)]);
+        assert_eq!(again, Lists::grouped(2, &[(1, 3)]));
     }
 
     #[test]

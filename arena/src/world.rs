@@ -26,6 +26,18 @@ pub struct World {
     speed_limit_m_per_s: f64,
     drive: Drive,
     turn_limit_rad_per_s: f64,
+    overlaps: Overlaps,
+}
+
+/// Bodies that overlap in a tick; kept for its memory alone.
+#[derive(Clone, Debug, Default)]
+struct Overlaps {
+    /// Where bodies were before they moved.
+    before: Vec<ArenaPoint>,
+    positions: Vec<ArenaPoint>,
+    grid: Grid,
+    /// Indices, lower first and in order.
+    pairs: Vec<(usize, usize)>,
 }
 
 /// A velocity that was told to a body, and its heading then: while the body turns, the course stays.
@@ -62,6 +74,7 @@ impl World {
             speed_limit_m_per_s: robots.speed_limit_m_per_s.map_or(f64::INFINITY, |limit| limit.get()),
             drive: robots.drive,
             turn_limit_rad_per_s: robots.turn_limit_rad_per_s.get(),
+            overlaps: Overlaps::default(),
         }
     }
 
@@ -84,7 +97,8 @@ impl World {
     /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
     /// (both in its body frame); where it says `None` the body stands still.
     pub fn advance(&mut self, step_s: f64, mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>) {
-        let before: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
+        self.overlaps.before.clear();
+        self.overlaps.before.extend(self.poses.iter().map(|pose| pose.position));
         for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
             let Some(velocity) = drive(robot, course.seen_at(pose.heading)) else { continue };
             let velocity = velocity.capped(self.speed_limit_m_per_s);
@@ -97,7 +111,7 @@ impl World {
         self.keep_inside();
         if self.radius_m > 0.0 {
             self.push_apart();
-            self.retreat(&before);
+            self.retreat();
         }
     }
 
@@ -116,11 +130,11 @@ impl World {
     /// Overlapping bodies share the way apart equally, pair by pair in the order of their indices.
     fn push_apart(&mut self) {
         for _ in 0..PUSHES_MAX {
-            let overlapping = self.overlapping_pairs();
-            if overlapping.is_empty() {
+            self.find_overlaps();
+            if self.overlaps.pairs.is_empty() {
                 return;
             }
-            for (a, b) in overlapping {
+            for &(a, b) in &self.overlaps.pairs {
                 let apart = self.poses[b].position - self.poses[a].position;
                 let distance = apart.norm();
                 let missing = 2.0 * self.radius_m - distance;
@@ -139,14 +153,14 @@ impl World {
 
     /// Whoever still overlaps goes back to where it was. That can only free room: the positions
     /// before this tick did not overlap, so this ends, at the latest with everyone back.
-    fn retreat(&mut self, before: &[ArenaPoint]) {
+    fn retreat(&mut self) {
         loop {
-            let overlapping = self.overlapping_pairs();
+            self.find_overlaps();
             let mut moved = false;
-            for (a, b) in overlapping {
+            for &(a, b) in &self.overlaps.pairs {
                 for robot in [a, b] {
-                    moved |= self.poses[robot].position != before[robot];
-                    self.poses[robot].position = before[robot];
+                    moved |= self.poses[robot].position != self.overlaps.before[robot];
+                    self.poses[robot].position = self.overlaps.before[robot];
                 }
             }
             if !moved {
@@ -155,17 +169,21 @@ impl World {
         }
     }
 
-    /// Pairs of indices, lower first and in order, whose bodies overlap by more than rounding.
-    fn overlapping_pairs(&self) -> Vec<(usize, usize)> {
-        let positions: Vec<ArenaPoint> = self.poses.iter().map(|pose| pose.position).collect();
+    /// Looks for pairs whose bodies overlap by more than rounding.
+    fn find_overlaps(&mut self) {
+        let Overlaps { positions, grid, pairs, .. } = &mut self.overlaps;
+        positions.clear();
+        positions.extend(self.poses.iter().map(|pose| pose.position));
         let diameter = 2.0 * self.radius_m;
-        let grid = Grid::new(&positions, self.size_m, diameter);
-        let mut pairs: Vec<_> = (0..positions.len())
-            .flat_map(|a| grid.around(&positions[a]).filter(move |&b| a < b).map(move |b| (a, b)))
-            .filter(|&(a, b)| (positions[b] - positions[a]).norm() < diameter * (1.0 - TOUCH))
-            .collect();
+        grid.sort(positions, self.size_m, diameter);
+        let (positions, grid) = (&*positions, &*grid);
+        pairs.clear();
+        pairs.extend(
+            (0..positions.len())
+                .flat_map(|a| grid.around(&positions[a]).filter(move |&b| a < b).map(move |b| (a, b)))
+                .filter(|&(a, b)| (positions[b] - positions[a]).norm() < diameter * (1.0 - TOUCH)),
+        );
         pairs.sort_unstable();
-        pairs
     }
 }
 
@@ -211,6 +229,7 @@ mod tests {
             speed_limit_m_per_s: 1.0,
             drive,
             turn_limit_rad_per_s: PI / 2.0,
+            overlaps: Overlaps::default(),
         }
     }
 
@@ -310,7 +329,8 @@ mod tests {
             for velocities in steps {
                 let commands: Vec<_> = velocities.into_iter().map(|(x, y)| go(x, y)).collect();
                 advance(&mut world, 0.3, &commands);
-                prop_assert!(world.overlapping_pairs().is_empty());
+                world.find_overlaps();
+                prop_assert!(world.overlaps.pairs.is_empty());
                 for pose in &world.poses {
                     prop_assert!((0.1..=1.9).contains(&pose.position.x));
                     prop_assert!((0.1..=1.9).contains(&pose.position.y));

@@ -32,10 +32,11 @@ fn play(channel: &mut Channel, robots: usize, cycles: u64, mut heard: impl FnMut
     let said: Vec<Option<Packet>> = (0..robots as u32)
         .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
         .collect();
-    let mut packets = Packets::default();
+    let (mut packets, mut received) = (Packets::default(), Vec::new());
     for tick in 0..cycles {
         let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &poses, said: &said };
-        heard(&channel.play(&moment, &mut packets, &mut |_, packet| packet));
+        channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut received);
+        heard(&received);
         packets.check().unwrap();
     }
     packets
@@ -235,12 +236,12 @@ fn packets_meet_across_the_borders_of_cycles_and_ticks() {
         let mut channel = Channel::new(&scenario);
         let poses = vec![Pose::unturned(ArenaPoint::new(0.5, 0.5)); 4];
         let said = vec![Some(Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 }); 4];
-        let (mut packets, mut all) = (Packets::default(), Vec::new());
+        let (mut packets, mut heard, mut all) = (Packets::default(), Vec::new(), Vec::new());
         let ticks = (40.0 / step_s).round() as u64;
         for tick in 0..=ticks {
             let time_s = tick as f64 * step_s;
             let moment = Moment { tick, cycle: None, time_s, poses: &poses, said: &said };
-            let heard = channel.play(&moment, &mut packets, &mut |_, packet| packet);
+            channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut heard);
             all.extend(heard.iter().map(|heard| (heard.number, heard.sender, heard.receiver)));
         }
         all.sort_unstable();
@@ -265,11 +266,11 @@ fn the_cost_of_a_tick_grows_with_packets_heard_and_not_with_pairs() {
             let said: Vec<_> = (0..robots)
                 .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
                 .collect();
-            let mut packets = Packets::default();
+            let (mut packets, mut heard) = (Packets::default(), Vec::new());
             for tick in 0..4 {
                 let time_s = tick as f64 * 0.25;
                 let moment = Moment { tick, cycle: Some(tick), time_s, poses: &poses, said: &said };
-                channel.play(&moment, &mut packets, &mut |_, packet| packet);
+                channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut heard);
             }
             channel.examined() as f64 / packets.in_range as f64
         };

@@ -3,15 +3,17 @@
 //! All packets last equally long, so in the order in which they start they also end, and what
 //! overlaps with a packet at a receiver is its neighbor in that order.
 
+use std::mem;
+
 use protocol::packet::Packet;
 
 use super::{
     Moment, Reception,
     access::Schedule,
-    reach::{Reach, Reached, Rules},
+    reach::{Reach, Reached},
 };
 use crate::{
-    delaunay::Delaunay,
+    lists::Lists,
     packets::Packets,
     scenario::{Capture, Scenario},
 };
@@ -42,6 +44,32 @@ pub(super) struct Air {
     /// How many robots each robot's last packet reached.
     degrees: Vec<Option<u32>>,
     crowding: Crowding,
+    by_robot: ByRobot,
+}
+
+/// What is in `packets`, robot by robot; kept for its memory alone.
+#[derive(Clone, Debug, Default)]
+struct ByRobot {
+    /// Which packets reach it, in order.
+    arrivals: Lists,
+    /// Which are its own, in order.
+    own: Lists,
+    /// (robot, packet), while they are grouped.
+    entries: Vec<(usize, usize)>,
+}
+
+impl ByRobot {
+    fn sort(&mut self, robots: usize, packets: &[Transmission]) {
+        let Self { arrivals, own, entries } = self;
+        entries.clear();
+        for (at, packet) in packets.iter().enumerate() {
+            entries.extend(packet.reached.robots.iter().map(|&receiver| (receiver as usize, at)));
+        }
+        arrivals.regroup(robots, entries);
+        entries.clear();
+        entries.extend(packets.iter().enumerate().map(|(at, packet)| (packet.sender as usize, at)));
+        own.regroup(robots, entries);
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +144,7 @@ impl Air {
             locked_s: vec![f64::NEG_INFINITY; robots as usize],
             degrees: vec![None; robots as usize],
             crowding: Crowding::default(),
+            by_robot: ByRobot::default(),
         }
     }
 
@@ -126,24 +155,22 @@ impl Air {
     /// Plays the air up to `moment`: packets that start go up, packets that end come down.
     pub(super) fn play(
         &mut self,
-        rules: &Rules,
-        delaunay: &mut Delaunay,
+        reach: &mut Reach,
         moment: &Moment<'_>,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
-    ) -> Vec<Reception> {
+        received: &mut Vec<Reception>,
+    ) {
         self.played_s = moment.time_s;
-        let listeners = self.send_up(rules, delaunay, moment, transmit);
-        let received = self.bring_down(moment, listeners, packets);
+        let listeners = self.send_up(reach, moment, transmit);
+        self.bring_down(moment, listeners, packets, received);
         self.forget();
-        received
     }
 
     /// Sends up what starts before the moment. Returns how many robots listen.
     fn send_up(
         &mut self,
-        rules: &Rules,
-        delaunay: &mut Delaunay,
+        reach: &mut Reach,
         moment: &Moment<'_>,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> u64 {
@@ -156,7 +183,7 @@ impl Air {
             }
         }
         starting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let reach = Reach::now(rules, delaunay, moment.poses, |robot| moment.said[robot].is_some());
+        reach.look(moment.poses, |robot| moment.said[robot].is_some());
         for (start_s, sender, number) in starting {
             let Some(packet) = moment.said[sender as usize] else { continue };
             let mut reached = Reached::default();
@@ -169,7 +196,13 @@ impl Air {
     }
 
     /// Decides at every receiver about the packets that have ended.
-    fn bring_down(&mut self, moment: &Moment<'_>, listeners: u64, tally: &mut Packets) -> Vec<Reception> {
+    fn bring_down(
+        &mut self,
+        moment: &Moment<'_>,
+        listeners: u64,
+        tally: &mut Packets,
+        received: &mut Vec<Reception>,
+    ) {
         let ended_by = self.played_s - self.airtime_s + TOUCH_S;
         let ended = self.packets.partition_point(|packet| packet.start_s <= ended_by);
         let listens = |robot: u32| moment.said[robot as usize].is_some();
@@ -183,11 +216,11 @@ impl Air {
             tally.lost_edge += faded;
             tally.occluded += occluded;
         }
-        let (arrivals, own) = self.by_robot(moment.poses.len());
-        let mut received = Vec::new();
-        for (receiver, (arrivals, own)) in arrivals.iter().zip(&own).enumerate() {
+        let mut by_robot = mem::take(&mut self.by_robot);
+        by_robot.sort(moment.poses.len(), &self.packets);
+        for (receiver, (arrivals, own)) in by_robot.arrivals.iter().zip(by_robot.own.iter()).enumerate() {
             for (place, &at) in arrivals.iter().enumerate() {
-                if !(self.resolved..ended).contains(&(at as usize)) {
+                if !(self.resolved..ended).contains(&at) {
                     continue;
                 }
                 let fate = self.fate(receiver, place, arrivals, own);
@@ -197,7 +230,7 @@ impl Air {
                 self.note_crowd(receiver, fate);
                 match fate {
                     Fate::Heard => {
-                        let Transmission { sender, number, packet, .. } = self.packets[at as usize];
+                        let Transmission { sender, number, packet, .. } = self.packets[at];
                         received.push(Reception { sender, receiver: receiver as u32, number, packet });
                     }
                     Fate::Collided => tally.collided += 1,
@@ -205,28 +238,16 @@ impl Air {
                 }
             }
         }
+        self.by_robot = by_robot;
         self.resolved = ended;
-        received
-    }
-
-    /// For each robot: the packets that reach it, and the starts of its own, in order.
-    fn by_robot(&self, robots: usize) -> (Vec<Vec<u32>>, Vec<Vec<f64>>) {
-        let (mut arrivals, mut own) = (vec![Vec::new(); robots], vec![Vec::new(); robots]);
-        for (at, packet) in (0..).zip(&self.packets) {
-            own[packet.sender as usize].push(packet.start_s);
-            for &receiver in &packet.reached.robots {
-                arrivals[receiver as usize].push(at);
-            }
-        }
-        (arrivals, own)
     }
 
     /// What becomes of the packet at `place` of a receiver's arrivals.
-    fn fate(&mut self, receiver: usize, place: usize, arrivals: &[u32], own: &[f64]) -> Fate {
-        let start_at = |place: usize| self.packets[arrivals[place] as usize].start_s;
+    fn fate(&mut self, receiver: usize, place: usize, arrivals: &[usize], own: &[usize]) -> Fate {
+        let start_at = |place: usize| self.packets[arrivals[place]].start_s;
         let start_s = start_at(place);
         let overlap = |other_s: f64| (other_s - start_s).abs() < self.airtime_s - TOUCH_S;
-        if self.half_duplex && own.iter().any(|&own_s| overlap(own_s)) {
+        if self.half_duplex && own.iter().any(|&at| overlap(self.packets[at].start_s)) {
             return Fate::Deaf;
         }
         let before = place > 0 && overlap(start_at(place - 1));

@@ -1,12 +1,11 @@
 //! To whom a packet gets at all: range, its soft edge, and bodies in the line of sight.
 
-use std::cell::Cell;
+use nalgebra::Vector2;
 
 use crate::{
     delaunay::Delaunay,
     frame::{ArenaPoint, Pose},
     grid::Grid,
-    lists::Lists,
     random::{Draws, Purpose},
     scenario::{ChannelModel, Scenario},
 };
@@ -21,7 +20,6 @@ pub(super) struct Rules {
     blocking_radius_m: f64,
     size_m: [f64; 2],
     seed: u64,
-    examined: Cell<u64>,
 }
 
 /// Whom one packet gets to.
@@ -47,21 +45,24 @@ impl Reached {
     }
 }
 
-/// Who is in reach of whom at one moment.
-pub(super) struct Reach<'a> {
-    rules: &'a Rules,
+/// Who is in reach of whom at the moment it has been shown last.
+#[derive(Clone, Debug)]
+pub(super) struct Reach {
+    rules: Rules,
     positions: Vec<ArenaPoint>,
     listening: Vec<bool>,
     listeners: u64,
-    near: Near<'a>,
+    near: Near,
+    examined: u64,
 }
 
 /// Who may be in reach.
-enum Near<'a> {
+#[derive(Clone, Debug)]
+enum Near {
     /// Robots of the cells around.
     Grid(Grid),
     /// Delaunay neighbors, wherever they are.
-    Voronoi(&'a Lists),
+    Voronoi(Delaunay),
 }
 
 impl Rules {
@@ -75,12 +76,21 @@ impl Rules {
             blocking_radius_m: if occlusion { scenario.robots.radius_m.get() } else { 0.0 },
             size_m: scenario.arena.size_m.get(),
             seed: scenario.seed,
-            examined: Cell::new(0),
         }
     }
 
-    pub(super) fn examined(&self) -> u64 {
-        self.examined.get()
+    /// Chance that a packet gets as far as `away`. Most pairs are so clearly out of range, or in it, that no
+    /// rounding matters and the distance need not be known.
+    fn chance_over(&self, away: Vector2<f64>) -> f64 {
+        const CLEARLY: f64 = 1e-9;
+        let (square, sure_m) = (away.norm_squared(), self.range_m - self.soft_edge_m);
+        if square > self.range_m * self.range_m * (1.0 + CLEARLY) {
+            0.0
+        } else if sure_m > 0.0 && square < sure_m * sure_m * (1.0 - CLEARLY) {
+            1.0
+        } else {
+            self.chance_at(libm::hypot(away.x, away.y))
+        }
     }
 
     /// Chance that a packet gets `distance_m` far.
@@ -93,29 +103,40 @@ impl Rules {
     }
 }
 
-impl<'a> Reach<'a> {
-    /// `delaunay` is followed to `poses` if Voronoi neighbors count.
-    pub(super) fn now(
-        rules: &'a Rules,
-        delaunay: &'a mut Delaunay,
-        poses: &[Pose],
-        listens: impl Fn(usize) -> bool,
-    ) -> Self {
-        let positions: Vec<ArenaPoint> = poses.iter().map(|pose| pose.position).collect();
-        let listening: Vec<bool> = (0..poses.len()).map(listens).collect();
+impl Reach {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        Self::by(Rules::new(scenario))
+    }
+
+    fn by(rules: Rules) -> Self {
         let near = match rules.model {
-            ChannelModel::Voronoi => {
-                delaunay.follow(&positions, &listening);
-                Near::Voronoi(delaunay.neighbors())
-            }
-            ChannelModel::Range => {
-                let [width, height] = rules.size_m;
-                let look_m = rules.range_m.min(libm::hypot(width, height)) + rules.blocking_radius_m;
-                Near::Grid(Grid::new(&positions, rules.size_m, look_m))
-            }
+            ChannelModel::Voronoi => Near::Voronoi(Delaunay::default()),
+            ChannelModel::Range => Near::Grid(Grid::default()),
         };
-        let listeners = listening.iter().filter(|&&listens| listens).count() as u64;
-        Self { rules, positions, listening, listeners, near }
+        Self { rules, positions: Vec::new(), listening: Vec::new(), listeners: 0, near, examined: 0 }
+    }
+
+    /// Shows it a moment: where everybody is, and who listens.
+    pub(super) fn look(&mut self, poses: &[Pose], listens: impl Fn(usize) -> bool) {
+        self.positions.clear();
+        self.positions.extend(poses.iter().map(|pose| pose.position));
+        self.listening.clear();
+        self.listening.extend((0..poses.len()).map(listens));
+        self.listeners = self.listening.iter().filter(|&&listens| listens).count() as u64;
+        match &mut self.near {
+            Near::Voronoi(delaunay) => delaunay.follow(&self.positions, &self.listening),
+            Near::Grid(grid) => {
+                let [width, height] = self.rules.size_m;
+                let look_m =
+                    self.rules.range_m.min(libm::hypot(width, height)) + self.rules.blocking_radius_m;
+                grid.sort(&self.positions, self.rules.size_m, look_m);
+            }
+        }
+    }
+
+    /// Pairs of robots that were looked at.
+    pub(super) fn examined(&self) -> u64 {
+        self.examined
     }
 
     /// How many robots listen.
@@ -124,12 +145,12 @@ impl<'a> Reach<'a> {
     }
 
     /// Whom packet `number` of `sender` gets to, written over `reached`.
-    pub(super) fn of(&self, sender: u32, number: u64, reached: &mut Reached) {
+    pub(super) fn of(&mut self, sender: u32, number: u64, reached: &mut Reached) {
         let index = sender as usize;
         reached.clear();
         match &self.near {
-            Near::Voronoi(neighbors) => {
-                for &receiver in &neighbors[index] {
+            Near::Voronoi(delaunay) => {
+                for &receiver in &delaunay.neighbors()[index] {
                     self.meet(sender, receiver, number, 1.0, reached);
                 }
             }
@@ -139,12 +160,11 @@ impl<'a> Reach<'a> {
                 for receiver in grid.around(&here) {
                     examined += 1;
                     if receiver != index && self.listening[receiver] {
-                        let away = self.positions[receiver] - here;
-                        let chance = self.rules.chance_at(libm::hypot(away.x, away.y));
+                        let chance = self.rules.chance_over(self.positions[receiver] - here);
                         self.meet(sender, receiver, number, chance, reached);
                     }
                 }
-                self.rules.examined.set(self.rules.examined.get() + examined);
+                self.examined += examined;
                 reached.robots.sort_unstable();
             }
         }
@@ -203,7 +223,6 @@ mod tests {
             blocking_radius_m,
             size_m: [3.0, 3.0],
             seed: 1,
-            examined: Cell::new(0),
         }
     }
 
@@ -211,7 +230,9 @@ mod tests {
         let pose = |&(x, y)| Pose::unturned(ArenaPoint::new(x, y));
         let poses: Vec<_> = spots.iter().map(pose).collect();
         let mut reached = Reached::default();
-        Reach::now(rules, &mut Delaunay::default(), &poses, |_| true).of(0, number, &mut reached);
+        let mut reach = Reach::by(rules.clone());
+        reach.look(&poses, |_| true);
+        reach.of(0, number, &mut reached);
         reached
     }
 
@@ -219,6 +240,19 @@ mod tests {
     fn range_is_a_cutoff() {
         let reached = reached(&rules(0.0, 0.0), &[(0.5, 0.5), (1.5, 0.5), (1.6, 0.5), (0.5, 0.5)], 0);
         assert_eq!(reached.robots, [1, 3]);
+    }
+
+    #[test]
+    fn looking_at_squares_first_changes_no_chance() {
+        let spots =
+            [0.0, 0.3, 0.79999999999, 0.8, 0.80000000001, 0.9, 1.0, 1.0 + 1e-16, 1.0000000001, 1.2, 1e200];
+        for edge_m in [0.0, 0.2, 1.0] {
+            let rules = rules(edge_m, 0.0);
+            for (x, y) in spots.iter().flat_map(|&x| spots.map(|y| (x, y))) {
+                let chance = rules.chance_over(Vector2::new(x, y));
+                assert_eq!(chance, rules.chance_at(libm::hypot(x, y)), "({x}, {y}), edge {edge_m}");
+            }
+        }
     }
 
     #[test]
