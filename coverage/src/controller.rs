@@ -11,6 +11,7 @@ use crate::{
     law,
     neighbors::NeighborTable,
     polygon::Polygon,
+    watch::{Stage, Watcher},
 };
 
 /// The mind of one robot: what it remembers between ticks.
@@ -38,11 +39,18 @@ impl Controller {
     ///
     /// The robot stays where it is if it has no cell, or if its cell has no positive mass.
     pub fn step(&mut self, percept: &Percept) -> Command {
+        self.step_watched(percept, &mut ())
+    }
+
+    /// The same under the eyes of `watcher`, who changes nothing.
+    pub fn step_watched(&mut self, percept: &Percept, watcher: &mut impl Watcher) -> Command {
         self.neighbors.record(percept.tick, &percept.deliveries);
+        watcher.passed(Stage::Neighbors);
         let mut cell = Polygon::new();
         self.cut_cell(&mut cell, percept);
-        let goal =
-            if cell.is_empty() { None } else { law::goal(&cell, percept, &self.neighbors, &self.setup) };
+        watcher.passed(Stage::Cell);
+        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, watcher);
+        watcher.passed(Stage::Centroid);
         let goal = goal.unwrap_or(BodyVector::HERE);
         Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
     }
@@ -307,6 +315,29 @@ mod tests {
             for (start, end) in edges(&cell) {
                 let edge = end - start;
                 prop_assert!(edge.perp(&(goal - start)) >= -slack * edge.norm(), "{goal} is outside");
+            }
+        }
+    }
+
+    /// Notes what it is told.
+    struct Notes(Vec<Stage>);
+
+    impl Watcher for Notes {
+        fn passed(&mut self, stage: Stage) {
+            self.0.push(stage);
+        }
+    }
+
+    #[test]
+    fn every_stage_is_passed_once_and_in_order_whatever_the_law_and_the_cell() {
+        let heard: [&[(f64, f64)]; 3] = [&[], &[(0.4, 0.0)], &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]];
+        for law in [Law::Linear, Law::Quadratic, Law::Uniform, Law::Exact] {
+            for (neighbors, light) in heard.into_iter().zip([1.0, f64::MAX, -1.0]) {
+                let (setup, percept) = (ControllerSetup { law, ..setup() }, percept(light, neighbors));
+                let mut notes = Notes(Vec::new());
+                let watched = Controller::new(RobotId::first(0), setup).step_watched(&percept, &mut notes);
+                assert_eq!(notes.0, Stage::ALL, "{law:?} {neighbors:?}");
+                assert_eq!(watched, step(setup, &percept), "being watched changes nothing");
             }
         }
     }

@@ -30,5 +30,6 @@ pub mod quadratic_field;
 pub mod quadrature;
 pub mod sensory_field;
 pub mod third_moments;
+pub mod watch;
 
 pub use controller::Controller;

@@ -3,10 +3,20 @@
 use nalgebra::Vector2;
 use protocol::{frame::BodyVector, percept::Light, setup::GradientMode};
 
-use crate::{centroid, estimate::LinearField};
+use crate::{
+    centroid,
+    estimate::LinearField,
+    watch::{Stage, Watcher},
+};
 
-pub(super) fn goal(cell: &[Vector2<f64>], light: &Light, gradient: GradientMode) -> Option<BodyVector> {
+pub(super) fn goal(
+    cell: &[Vector2<f64>],
+    light: &Light,
+    gradient: GradientMode,
+    watcher: &mut impl Watcher,
+) -> Option<BodyVector> {
     let estimate = LinearField::sensed(light, gradient);
     let positive = estimate.positive_part(cell);
+    watcher.passed(Stage::Truncation);
     centroid::mass(&positive, &estimate).map(|mass| BodyVector(mass.centroid))
 }

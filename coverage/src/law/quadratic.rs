@@ -15,6 +15,7 @@ use crate::{
     estimate::LinearField,
     fit::{self, Slope},
     neighbors::NeighborTable,
+    watch::{Stage, Watcher},
 };
 
 pub(super) fn goal(
@@ -22,6 +23,7 @@ pub(super) fn goal(
     light: &Light,
     neighbors: &NeighborTable,
     gradient: GradientMode,
+    watcher: &mut impl Watcher,
 ) -> Option<BodyVector> {
     let readings = neighbors
         .iter()
@@ -34,9 +36,10 @@ pub(super) fn goal(
     };
     let estimate = fit::quadratic(&LinearField::sensed(light, gradient), slope, readings);
     let positive = estimate.linear.positive_part(cell);
+    watcher.passed(Stage::Truncation);
     let raised = estimate.raised_on(&positive);
     raised
         .mass(&positive)
         .map(|mass| BodyVector(mass.centroid))
-        .or_else(|| linear::goal(cell, light, gradient))
+        .or_else(|| linear::goal(cell, light, gradient, &mut ()))
 }
