@@ -24,6 +24,8 @@ pub mod codec;
 #[cfg(feature = "ipc")]
 pub mod control;
 #[cfg(feature = "ipc")]
+pub mod cycles;
+#[cfg(feature = "ipc")]
 pub mod doorbell;
 #[cfg(feature = "ipc")]
 pub mod footprint;

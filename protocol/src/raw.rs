@@ -12,6 +12,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     command::Command,
+    cycles::Stamp,
     frame::BodyVector,
     packet::{PACKET_BYTES_MAX, Packet, PacketError},
     percept::{
@@ -130,6 +131,33 @@ pub struct RawPercept {
 }
 const _: () = assert!(size_of::<RawPercept>() == 48 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
 
+/// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::cycles::Clock) of the
+/// machine. Nobody depends on these numbers: they are for who looks at the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawTimes {
+    /// Stamp of the moment it woke up; 0 if it did not measure.
+    pub woke: u64,
+    /// From then on until its percept was read and checked; these and the next ones are counts of the clock, and
+    /// the largest `u32` for more than that.
+    pub receive: u32,
+    /// Until what it had heard was in its neighbor table.
+    pub neighbors: u32,
+    /// Until its cell was cut.
+    pub cell: u32,
+    /// Until that was cut to V+.
+    pub truncation: u32,
+    /// Until it knew its goal.
+    pub centroid: u32,
+    /// What it took in the cycle before to make the command out of the goal and send it; 0 if there was none.
+    pub publish_before: u32,
+    /// In real time, by how much its timer fired late, nanoseconds.
+    pub late_ns: u32,
+    /// In real time, timer periods that went by without a cycle, in its whole life.
+    pub missed: u32,
+}
+const _: () = assert!(size_of::<RawTimes>() == 40);
+
 /// An agent's answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
@@ -152,8 +180,10 @@ pub struct RawCommand {
     pub frame: RawFrame,
     /// The agent's process, for messages about it.
     pub pid: u32,
+    /// How long it took.
+    pub times: RawTimes,
 }
-const _: () = assert!(size_of::<RawCommand>() == 88);
+const _: () = assert!(size_of::<RawCommand>() == 128);
 
 /// Why a command is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -258,8 +288,21 @@ fn same_bits(a: &Packet, b: &Packet) -> bool {
     a.sender == b.sender && a.sequence == b.sequence && a.light.to_bits() == b.light.to_bits()
 }
 
+impl RawTimes {
+    /// When the percept had been read and checked.
+    pub fn received(&self) -> Stamp {
+        Stamp(self.woke.saturating_add(self.receive.into()))
+    }
+
+    /// When the goal was known and publishing began.
+    pub fn decided(&self) -> Stamp {
+        let stages = [self.receive, self.neighbors, self.cell, self.truncation, self.centroid];
+        Stamp(stages.iter().fold(self.woke, |stamp, &stage| stamp.saturating_add(stage.into())))
+    }
+}
+
 impl RawCommand {
-    /// The message that carries `command` as the answer to `tick`.
+    /// The message that carries `command` as the answer to `tick`, by an agent that measured nothing.
     pub fn new(tick: Tick, command: &Command, pid: u32) -> Self {
         Self {
             tick,
@@ -271,7 +314,13 @@ impl RawCommand {
             velocity_y_m_per_s: command.velocity.0.y,
             frame: RawFrame::of(&command.packet),
             pid,
+            times: RawTimes::default(),
         }
+    }
+
+    /// The same with what the agent has measured.
+    pub fn timed(self, times: RawTimes) -> Self {
+        Self { times, ..self }
     }
 
     /// Checks everything a command claims: tick, sender, numbers, packet.
@@ -569,6 +618,14 @@ mod tests {
         for packet in others.iter().flat_map(|packet| [packet, packet]) {
             assert_eq!(frames.get(packet), RawFrame::of(packet));
         }
+    }
+
+    #[test]
+    fn times_beyond_reason_do_not_wrap_around() {
+        let times = RawTimes { woke: u64::MAX - 1, receive: 5, cell: 7, ..RawTimes::default() };
+        assert_eq!((times.received(), times.decided()), (Stamp(u64::MAX), Stamp(u64::MAX)));
+        let times = RawTimes { woke: 100, receive: 5, cell: 7, centroid: 1, ..RawTimes::default() };
+        assert_eq!((times.received(), times.decided()), (Stamp(105), Stamp(113)));
     }
 
     #[test]

@@ -14,6 +14,8 @@ use protocol::{
     setup::{AgentSetup, ControllerSetup},
 };
 
+use crate::stopwatch::Stopwatch;
+
 /// What the agents of a run are told.
 pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
@@ -24,6 +26,7 @@ pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
 #[derive(Debug)]
 pub(crate) struct Agent {
     pub(crate) id: RobotId,
+    pub(crate) stopwatch: Stopwatch,
     controller: Controller,
     ports: AgentPorts,
     percept: Percept,
@@ -33,7 +36,8 @@ pub(crate) struct Agent {
 impl Agent {
     pub(crate) fn new(id: RobotId, setup: ControllerSetup, ports: AgentPorts) -> Self {
         let controller = Controller::new(id, setup);
-        Self { id, controller, ports, percept: Percept::empty(0), pid: std::process::id() }
+        let (stopwatch, percept) = (Stopwatch::new(), Percept::empty(0));
+        Self { id, stopwatch, controller, ports, percept, pid: std::process::id() }
     }
 
     /// Says that this robot is there.
@@ -50,10 +54,14 @@ impl Agent {
         if self.percept.tick == BOOT_TICK {
             self.controller = Controller::new(self.id, setup_of(run)?.controller);
             self.announce()?;
+            self.stopwatch.booted();
             return Ok(true);
         }
-        let command = self.controller.step(&self.percept);
-        self.ports.send(RawCommand::new(self.percept.tick, &command, self.pid))?;
+        self.stopwatch.received();
+        let command = self.controller.step_watched(&self.percept, &mut self.stopwatch);
+        let message = RawCommand::new(self.percept.tick, &command, self.pid);
+        self.ports.send(message.timed(self.stopwatch.times()))?;
+        self.stopwatch.published();
         Ok(true)
     }
 

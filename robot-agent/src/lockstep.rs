@@ -28,8 +28,10 @@ pub(crate) fn run(
     agent.announce()?;
     bell.answer();
     loop {
-        // No clock is read in a steady tick.
-        match bell.wait_for_ring(seen, ALIVE_POLL) {
+        // In a steady tick no clock of the operating system is read.
+        let ring = bell.wait_for_ring(seen, ALIVE_POLL);
+        agent.stopwatch.woke();
+        match ring {
             Ring::Closed => return Ok(()),
             Ring::Round(round) => {
                 seen = round;

@@ -5,6 +5,7 @@
 mod agent;
 mod lockstep;
 mod realtime;
+mod stopwatch;
 
 use std::{
     io::{self, IsTerminal, Write},

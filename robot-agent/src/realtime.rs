@@ -46,6 +46,8 @@ pub(crate) fn run(
         }
         looked = now;
         if now >= deadline {
+            let late = now - deadline;
+            agent.stopwatch.woke_late(late, periods_in(late, period));
             // A missed deadline is not made up for: there is one newest percept, and one answer to it.
             deadline = (deadline + period).max(now);
             if agent.answer(run)? {
@@ -66,4 +68,25 @@ pub(crate) fn run(
         thread::sleep(deadline.saturating_duration_since(Instant::now()).min(NAP));
     }
     Ok(())
+}
+
+/// Whole periods in `late`, each of which is a deadline that was missed.
+fn periods_in(late: Duration, period: Duration) -> u32 {
+    let periods = late.as_nanos() / period.as_nanos().max(1);
+    u32::try_from(periods).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_late_timer_has_missed_only_whole_periods() {
+        let ms = Duration::from_millis;
+        let cases = [(0, 0), (99, 0), (100, 1), (250, 2)];
+        for (late, missed) in cases {
+            assert_eq!(periods_in(ms(late), ms(100)), missed, "{late} ms late");
+        }
+        assert_eq!(periods_in(Duration::MAX, Duration::ZERO), u32::MAX);
+    }
 }

@@ -1,0 +1,110 @@
+//! How long each stage of the agent's cycle takes, stamped by the machine's clock.
+//!
+//! Stages follow each other without a gap: what lies between two stamps belongs to the stage that the second one ends.
+
+use std::time::Duration;
+
+use coverage::watch::{Stage, Watcher};
+use protocol::{
+    cycles::{Clock, Stamp},
+    raw::RawTimes,
+};
+
+/// Runs from wake-up to wake-up.
+#[derive(Debug)]
+pub(crate) struct Stopwatch {
+    clock: Clock,
+    /// When the last stage ended.
+    last: Stamp,
+    /// The present cycle, and what the one before took to publish.
+    times: RawTimes,
+}
+
+impl Stopwatch {
+    pub(crate) fn new() -> Self {
+        let clock = Clock::of_this_machine();
+        Self { clock, last: clock.now(), times: RawTimes::default() }
+    }
+
+    /// The agent wakes up.
+    pub(crate) fn woke(&mut self) {
+        self.last = self.clock.now();
+        self.times.woke = self.last.0;
+    }
+
+    /// It wakes up by its own timer, which fired late, and so many periods were missed on top.
+    pub(crate) fn woke_late(&mut self, late: Duration, missed: u32) {
+        self.woke();
+        self.times.late_ns = saturated(late.as_nanos());
+        self.times.missed = self.times.missed.saturating_add(missed);
+    }
+
+    /// It has read its percept.
+    pub(crate) fn received(&mut self) {
+        self.times.receive = self.lap();
+    }
+
+    /// What is known before the command is sent.
+    pub(crate) fn times(&self) -> RawTimes {
+        self.times
+    }
+
+    /// The command has been sent, if there was one to be timed: the next one tells how long that took.
+    pub(crate) fn published(&mut self) {
+        self.times.publish_before = self.lap();
+    }
+
+    /// A first word has been said, which ends no cycle.
+    pub(crate) fn booted(&mut self) {
+        self.times.publish_before = 0;
+    }
+
+    fn lap(&mut self) -> u32 {
+        let now = self.clock.now();
+        let lap = now.since(self.last).unwrap_or(0);
+        self.last = now;
+        saturated(lap.into())
+    }
+}
+
+impl Watcher for Stopwatch {
+    fn passed(&mut self, stage: Stage) {
+        let lap = self.lap();
+        *match stage {
+            Stage::Neighbors => &mut self.times.neighbors,
+            Stage::Cell => &mut self.times.cell,
+            Stage::Truncation => &mut self.times.truncation,
+            Stage::Centroid => &mut self.times.centroid,
+        } = lap;
+    }
+}
+
+fn saturated(count: u128) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_follow_each_other_without_a_gap() {
+        let mut watch = Stopwatch::new();
+        let before = watch.clock.now();
+        watch.woke_late(Duration::from_secs(3600), 2);
+        watch.received();
+        Stage::ALL.into_iter().for_each(|stage| watch.passed(stage));
+        let times = watch.times();
+        assert!(before.0 <= times.woke);
+        assert_eq!(times.decided(), watch.last, "the stages add up to the whole");
+        assert_eq!((times.late_ns, times.missed, times.publish_before), (u32::MAX, 2, 0));
+        watch.published();
+        let published = watch.last;
+        watch.woke_late(Duration::ZERO, 1);
+        let next = watch.times();
+        assert_eq!(times.decided().0 + u64::from(next.publish_before), published.0);
+        assert_eq!((next.late_ns, next.missed), (0, 3));
+        watch.booted();
+        assert_eq!(watch.times().publish_before, 0);
+    }
+}
