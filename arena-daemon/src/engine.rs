@@ -14,6 +14,7 @@ use protocol::{command::Command, setup::Mode};
 use crate::{
     outputs::Outputs,
     pace::Pace,
+    profile::Totals,
     progress::{Progress, Status},
     squad::{Answers, Squad, SquadError},
     stop::StopFlag,
@@ -80,6 +81,7 @@ pub fn run(
         Err(error) => Err(Interruption::Squad(error)),
     };
     let wall = started.elapsed();
+    let profile = run.squad.profile();
     run.squad.dismiss();
     let (ended, failure) = match course {
         Ok(ending) => (ending, None),
@@ -87,8 +89,10 @@ pub fn run(
         Err(Interruption::Observer(objection)) => (Ending::Failed, Some(objection)),
         Err(Interruption::Outputs(error)) => return Err(error),
     };
-    let summary = run.summary(plan, ended, failure, start_up, wall);
-    run.outputs.finish(&summary, run.arena, &run.squad.standings(), &run.answers)?;
+    let agents = profile.as_ref().map(Totals::of);
+    let summary = Summary { agents, ..run.summary(plan, ended, failure, start_up, wall) };
+    let standings = run.squad.standings();
+    run.outputs.finish(&summary, run.arena, &standings, &run.answers, profile.as_ref())?;
     Ok(summary)
 }
 
@@ -222,6 +226,7 @@ impl Run<'_> {
             faults: self.faults(),
             incidents: self.squad.incidents().to_vec(),
             tick_us: TickTimes::of(&self.tick_ns),
+            agents: None,
         }
     }
 }

@@ -12,6 +12,7 @@ pub mod options;
 pub mod outputs;
 pub mod pace;
 pub mod process;
+pub mod profile;
 pub mod progress;
 pub mod squad;
 pub mod stop;

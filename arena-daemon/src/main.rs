@@ -102,7 +102,9 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     };
     let alive = run.go_live()?;
     let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
-    let hosting = Hosting { run: run.clone(), link, by_hand };
+    // Nobody reads what the agents of a batch take.
+    let profile = !cli.run.no_profile && trials.is_none();
+    let hosting = Hosting { run: run.clone(), link, by_hand, profile };
     let over = match trials {
         Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
         None => one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary))),

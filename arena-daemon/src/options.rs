@@ -59,9 +59,13 @@ pub struct RunOptions {
     #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
     pub speed: Option<f64>,
 
-    /// Write summary.json, metrics.csv, robots.csv, ledger.csv and scenario.toml to this new folder
+    /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog and scenario.toml to this new folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    /// Do not measure what the agents take (saves a little time)
+    #[arg(long)]
+    pub no_profile: bool,
 
     /// No progress and no notes on standard error, only warnings and errors
     #[arg(long, short)]
@@ -136,6 +140,9 @@ impl RunOptions {
             let mut argument = OsString::from("--out=");
             argument.push(out);
             arguments.push(argument);
+        }
+        if self.no_profile {
+            arguments.push("--no-profile".into());
         }
         if self.quiet {
             arguments.push("--quiet".into());

@@ -1,8 +1,10 @@
 //! What a run leaves on disk (`--out DIR`).
 //!
 //! `scenario.toml` comes first and marks the folder as used, `metrics.csv` (and `poses.csv`, where the
-//! scenario asks for it) grow with the run, and `robots.csv`, `ledger.csv` and `summary.json` are written at
-//! its end.
+//! scenario asks for it) grow with the run, and `robots.csv`, `latency.hlog`, `ledger.csv` and `summary.json` are
+//! written at its end.
+
+mod robot_row;
 
 use std::{
     fs::{self, File},
@@ -15,7 +17,13 @@ use arena::{Arena, frame::Pose, metrics::Metrics, scenario::Scenario};
 use protocol::command::Command;
 use serde::Serialize;
 
-use crate::{progress::Status, squad::Standing, summary::Summary};
+use self::robot_row::RobotRow;
+use crate::{
+    profile::{Columns, Profile},
+    progress::Status,
+    squad::Standing,
+    summary::Summary,
+};
 
 /// Files by which a folder is known to hold a run.
 const MARKS: [&str; 2] = ["summary.json", "scenario.toml"];
@@ -53,20 +61,6 @@ const LEDGER_COLUMNS: [&str; 10] = [
     "mean_error_back_ticks",
     "cost_h_back_ticks",
 ];
-
-#[derive(Serialize)]
-struct RobotRow {
-    robot: u32,
-    incarnation: u16,
-    alive: bool,
-    x_m: f64,
-    y_m: f64,
-    heading_rad: f64,
-    error_m: Option<f64>,
-    packets_heard: u64,
-    commands_refused: u64,
-    pid: Option<u32>,
-}
 
 #[derive(Serialize)]
 struct PoseRow {
@@ -137,30 +131,26 @@ impl Outputs {
         }))
     }
 
-    /// `robots.csv`, `ledger.csv` and `summary.json`.
+    /// `robots.csv`, `latency.hlog` if agents were measured, `ledger.csv` and `summary.json`.
     pub fn finish(
         &mut self,
         summary: &Summary,
         arena: &Arena,
         standings: &[Standing],
         answers: &[Option<Command>],
+        profile: Option<&Profile>,
     ) -> anyhow::Result<()> {
         let Some(Kept { folder, .. }) = &self.kept else { return Ok(()) };
         let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard());
-        Rows::begin(folder.join("robots.csv"))?.add(known.map(|(((standing, answer), pose), heard)| {
-            RobotRow {
-                robot: standing.id.index,
-                incarnation: standing.id.incarnation,
-                alive: standing.alive,
-                x_m: pose.position.x,
-                y_m: pose.position.y,
-                heading_rad: pose.heading,
-                error_m: answer.as_ref().map(|command| command.goal.length()),
-                packets_heard: *heard,
-                commands_refused: standing.refused,
-                pid: standing.pid,
-            }
-        }))?;
+        Rows::begin(folder.join("robots.csv"))?.add(known.enumerate().map(
+            |(index, (((standing, answer), pose), heard))| {
+                let columns = profile.map(|profile| Columns::of(profile, index)).unwrap_or_default();
+                RobotRow::new(standing, answer.as_ref(), pose, *heard, &columns)
+            },
+        ))?;
+        if let Some(profile) = profile {
+            profile.write_log(&folder.join("latency.hlog"))?;
+        }
         ledger(&folder.join("ledger.csv"), summary)?;
         let path = folder.join("summary.json");
         fs::write(&path, summary.json()).with_context(|| format!("cannot write {}", path.display()))

@@ -15,7 +15,7 @@ use protocol::{
 };
 use serde::Serialize;
 
-use crate::stop::StopFlag;
+use crate::{profile::Profile, stop::StopFlag};
 
 /// One entry per robot: its command, or `None` while its agent is silent.
 pub type Answers = Vec<Option<Command>>;
@@ -43,6 +43,11 @@ pub trait Squad {
     /// Whether every robot that takes part has answered a percept: before that, errors mean nothing.
     fn has_estimates(&self) -> bool {
         true
+    }
+
+    /// What its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
+    fn profile(&mut self) -> Option<Profile> {
+        None
     }
 
     /// Ends every mind.

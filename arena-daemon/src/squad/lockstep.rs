@@ -18,7 +18,10 @@ use super::{
     Answers, Incident, Squad, SquadError, Standing,
     members::{Heard, Hosting, Members},
 };
-use crate::stop::StopFlag;
+use crate::{
+    profile::{Profile, Recorder},
+    stop::StopFlag,
+};
 
 /// How long the arena sleeps before it asks whether who is missing is still alive.
 const ALIVE_POLL: Duration = Duration::from_millis(20);
@@ -146,11 +149,19 @@ impl Squad for Lockstep {
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         answers.fill(None);
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.hand_out(tick));
         let present = self.members.send(percepts)?;
         self.members.doorbell.expect(present.len() as u32);
+        self.members.recorder.iter_mut().for_each(Recorder::ring);
         self.members.doorbell.ring();
+        // While they are at work.
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.digest(percepts, &present));
         self.await_answers(present, tick, answers)?;
         self.members.welcome(tick, answers)
+    }
+
+    fn profile(&mut self) -> Option<Profile> {
+        self.members.profile()
     }
 
     fn dismiss(&mut self) {

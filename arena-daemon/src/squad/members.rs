@@ -30,6 +30,7 @@ use super::{Answers, Incident, SquadError, Standing};
 use crate::{
     link::{Link, Lost},
     process::{Process, State},
+    profile::{Profile, Recorder},
     stop::StopFlag,
 };
 
@@ -53,6 +54,8 @@ pub struct Hosting {
     pub link: Link,
     /// Robots that nobody starts for us; the arena waits for them without limit.
     pub by_hand: BTreeSet<u32>,
+    /// Whether the agents are measured.
+    pub profile: bool,
 }
 
 /// What an uplink held.
@@ -104,6 +107,7 @@ struct Remains {
 pub(super) struct Members {
     pub(super) doorbell: Doorbell,
     pub(super) hang_timeout: Duration,
+    pub(super) recorder: Option<Recorder>,
     medium: Medium,
     plane: Plane,
     /// Frames of packets that agents are to hear.
@@ -134,6 +138,7 @@ impl Members {
             Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
         Ok(Self {
             doorbell,
+            recorder: hosting.profile.then(|| Recorder::new(robots as usize, mode)),
             hang_timeout: scenario.processes.hang_timeout(),
             medium,
             plane,
@@ -155,6 +160,7 @@ impl Members {
         self.announce_by_hand();
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
+        self.recorder.iter_mut().for_each(Recorder::begin);
         Ok(answers)
     }
 
@@ -312,6 +318,9 @@ impl Members {
                 (Ok(command), _) => {
                     member.process = member.process.or_else(|| Process::find(raw.pid));
                     heard = Heard::Command(raw.tick, command);
+                    if let Some(recorder) = &mut self.recorder {
+                        recorder.note(index, raw.tick, &command, &raw.times);
+                    }
                 }
                 (Err(error), before) => {
                     refusals.push(error.to_string());
@@ -385,6 +394,12 @@ impl Members {
         self.members.iter().map(standing).collect()
     }
 
+    /// What the agents took, as long as they are there.
+    pub(super) fn profile(&mut self) -> Option<Profile> {
+        let processes = self.members.iter().map(|member| member.process);
+        self.recorder.take()?.finish(processes)
+    }
+
     pub(super) fn incidents(&self) -> &[Incident] {
         &self.incidents
     }
@@ -435,6 +450,7 @@ impl Members {
 
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
     fn begin(&mut self, index: usize, id: RobotId) -> Result<Presence, SquadError> {
+        self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
         let refused = self.members[index].refused;
         self.members[index] = Member { refused, ..Member::hosted(&self.medium, self.plane, id)? };
         if !self.is_by_hand(index) {

@@ -13,7 +13,7 @@ use super::{
     Answers, Incident, Squad, SquadError, Standing,
     members::{Heard, Hosting, Members},
 };
-use crate::stop::StopFlag;
+use crate::{profile::Profile, stop::StopFlag};
 
 /// A command stands for this many neighbor cycles if no newer one comes: agents' timers drift
 /// against the arena's, so that a cycle may see no command of an agent and the next one two. After
@@ -118,7 +118,10 @@ impl Squad for Realtime {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         self.forgive_own_absence();
         answers.fill(None);
-        for index in self.members.send(percepts)? {
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.hand_out(tick));
+        let present = self.members.send(percepts)?;
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.digest(percepts, &present));
+        for index in present {
             self.hear(index, tick)?;
             let Some(latest) = self.latest[index] else { continue };
             if latest.arrived.elapsed() > self.members.hang_timeout {
@@ -145,6 +148,10 @@ impl Squad for Realtime {
 
     fn has_estimates(&self) -> bool {
         self.latest.iter().flatten().all(|latest| latest.answers.is_some())
+    }
+
+    fn profile(&mut self) -> Option<Profile> {
+        self.members.profile()
     }
 
     fn dismiss(&mut self) {

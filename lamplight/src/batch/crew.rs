@@ -222,5 +222,5 @@ fn options(scenario: &Scenario) -> RunOptions {
         duration: None,
         sets: Vec::new(),
     };
-    RunOptions { scenario, mode: ModeName::Lockstep, speed: None, out: None, quiet: true }
+    RunOptions { scenario, mode: ModeName::Lockstep, speed: None, out: None, no_profile: true, quiet: true }
 }

@@ -1,0 +1,101 @@
+//! What agents take: each stage of their cycles, their packets' way through the transport, and what the
+//! operating system counts of their processes.
+//!
+//! In:  stamps in the agents' commands ([`protocol::raw::RawTimes`]), the arena's own, and `/proc`.
+//! Out: a [`Profile`], with histograms per robot; as columns, an object of the summary, and an interval log.
+//!
+//! Nothing of it reaches arena or agents: a run goes the same way whether it is measured or not.
+
+mod columns;
+mod cycle_times;
+mod flight;
+mod histograms;
+mod interval_log;
+mod recorder;
+mod totals;
+mod usage;
+
+use std::{
+    path::Path,
+    time::{Duration, SystemTime},
+};
+
+use protocol::{cycles::Source, setup::Mode};
+use serde::Serialize;
+
+pub use columns::Columns;
+pub use cycle_times::{CycleTimes, Stage};
+pub use histograms::{Histograms, Span, Spread};
+pub use recorder::{Observer, Recorder};
+pub use totals::{Processes, StagesUs, Totals};
+pub use usage::Usage;
+
+/// What the agents of a run took.
+#[derive(Debug)]
+pub struct Profile {
+    /// The clock they were measured by.
+    pub clock: ClockUsed,
+    /// Which counters of the processor were read beside it; or why none.
+    pub hardware_counters: String,
+    /// How they kept time.
+    pub mode: Mode,
+    /// When all had joined.
+    pub began: SystemTime,
+    /// How long they have been measured since.
+    pub length: Duration,
+    /// By index.
+    pub robots: Vec<RobotProfile>,
+    /// Cycles that were left out because their stamps made no sense.
+    pub stamps_refused: u64,
+    /// Packets handed out whose way to the arena is not known, so that their latency is not: first words,
+    /// packets that a fault delayed by several cycles, and those in a false name.
+    pub packets_unknown: u64,
+}
+
+/// The clock that agents were measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ClockUsed {
+    /// What it counts by.
+    pub source: Source,
+    /// How often per microsecond.
+    pub mhz: f64,
+}
+
+/// What the agent of one robot took, over all its lives.
+#[derive(Debug)]
+pub struct RobotProfile {
+    /// Of everything that is measured by the clock.
+    pub histograms: Histograms,
+    /// Whole cycles measured.
+    pub cycles: u64,
+    /// What the clock counted in them.
+    pub counts: u64,
+    /// In real time: timer periods that went by without a cycle.
+    pub missed_deadlines: u64,
+    /// What the process of its present life has used, if it was there at the end.
+    pub usage: Option<Usage>,
+}
+
+impl Profile {
+    /// The histograms of all robots in one.
+    pub fn over_all(&self) -> Histograms {
+        let mut all = Histograms::default();
+        self.robots.iter().for_each(|robot| all.add(&robot.histograms));
+        all
+    }
+
+    /// All histograms as an interval log at `path`, which is made anew.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_log(&self, path: &Path) -> anyhow::Result<()> {
+        interval_log::write(self, path)
+    }
+}
+
+impl RobotProfile {
+    /// Counts of the clock per whole cycle, on average; `None` if there was none.
+    pub fn counts_per_cycle(&self) -> Option<f64> {
+        (self.cycles > 0).then(|| self.counts as f64 / self.cycles as f64)
+    }
+}

@@ -1,0 +1,105 @@
+//! What a process has used so far, as the operating system tells in `/proc/PID`.
+
+use std::fs;
+
+use crate::process::{Process, State};
+
+/// What one process has used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// Time on a processor, nanoseconds, user and kernel together.
+    pub cpu_ns: u64,
+    /// How often it gave its processor up to wait.
+    pub switches_voluntary: u64,
+    /// How often its processor was taken away.
+    pub switches_involuntary: u64,
+    /// Page faults that cost no disk.
+    pub faults_minor: u64,
+    /// Page faults that did.
+    pub faults_major: u64,
+    /// Memory it has mapped and touched, kB: what it shares counts in full.
+    pub rss_kb: u64,
+    /// The same, but what n processes share counts as a part in n. It is known only where the kernel tells.
+    pub pss_kb: Option<u64>,
+}
+
+impl Usage {
+    /// Of `process` until now; `None` if it has ended, or the system does not tell.
+    pub fn of(process: Process) -> Option<Self> {
+        let read = |what: &str| fs::read_to_string(format!("/proc/{}/{what}", process.pid())).ok();
+        let (stat, status) = (read("stat")?, read("status")?);
+        let [faults_minor, faults_major] = faults(&stat)?;
+        let usage = Self {
+            cpu_ns: read("schedstat")?.split_whitespace().next()?.parse().ok()?,
+            switches_voluntary: field(&status, "voluntary_ctxt_switches:")?,
+            switches_involuntary: field(&status, "nonvoluntary_ctxt_switches:")?,
+            faults_minor,
+            faults_major,
+            rss_kb: field(&status, "VmRSS:")?,
+            pss_kb: read("smaps_rollup").and_then(|text| field(&text, "Pss:")),
+        };
+        // Still the same process, after all was read.
+        (process.state() != State::Dead).then_some(usage)
+    }
+}
+
+/// Minor and major faults of a line of `/proc/PID/stat`: its fields 10 and 12.
+fn faults(stat: &str) -> Option<[u64; 2]> {
+    // The second field is the command in parentheses, which may hold spaces and parentheses.
+    let mut fields = stat.rsplit_once(") ")?.1.split(' ').skip(10 - 3);
+    let minor = fields.next()?.parse().ok()?;
+    Some([minor, fields.nth(1)?.parse().ok()?])
+}
+
+/// The number after `name` at the beginning of a line.
+fn field(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Command, id};
+
+    use super::*;
+
+    #[test]
+    fn we_have_used_something() {
+        let before = Usage::of(Process::find(id()).unwrap()).unwrap();
+        let work: Vec<u64> = (0..2_000_000).map(std::hint::black_box).collect();
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        let after = Usage::of(Process::find(id()).unwrap()).unwrap();
+        assert!(before.rss_kb > 0 && before.cpu_ns > 0, "{before:?}");
+        assert!(after.cpu_ns > before.cpu_ns, "{before:?} {after:?}");
+        assert!(after.faults_minor >= before.faults_minor + 1000, "{before:?} {after:?}");
+        assert!(after.pss_kb.is_none_or(|pss_kb| pss_kb <= after.rss_kb), "{after:?}");
+        drop(work);
+    }
+
+    #[test]
+    fn who_is_dead_has_used_nothing_that_we_could_read() {
+        let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+        let process = Process::find(child.id()).unwrap();
+        assert!(Usage::of(process).is_some());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(Usage::of(process), None);
+    }
+
+    #[test]
+    fn faults_are_found_whatever_the_command_is_called() {
+        let stat = "42 (a) (b c) S 1 42 42 0 -1 4194304 123 7 4 0 1 2 0 0";
+        assert_eq!(faults(stat), Some([123, 4]));
+        assert_eq!(faults("42 (a) S 1"), None);
+    }
+
+    #[test]
+    fn fields_are_told_from_those_that_end_alike() {
+        let status =
+            "Name:\tx\nVmRSS:\t    4404 kB\nvoluntary_ctxt_switches:\t15\nnonvoluntary_ctxt_switches:\t3\n";
+        assert_eq!(field(status, "voluntary_ctxt_switches:"), Some(15));
+        assert_eq!(field(status, "nonvoluntary_ctxt_switches:"), Some(3));
+        assert_eq!(field(status, "VmRSS:"), Some(4404));
+        assert_eq!(field(status, "Pss:"), None);
+    }
+}
