@@ -13,7 +13,7 @@ use protocol::{command::Command, setup::Mode};
 
 use crate::{
     outputs::Outputs,
-    pace::Pace,
+    pace::{Lag, Overload, Pace},
     profile::Totals,
     progress::{Progress, Status},
     squad::{Answers, Squad, SquadError},
@@ -30,6 +30,8 @@ pub struct Plan {
     pub mode: Mode,
     /// Cap on virtual over real time.
     pub speed: Option<f64>,
+    /// What if real time cannot be kept.
+    pub overload: Overload,
     /// No progress on standard error.
     pub quiet: bool,
 }
@@ -66,6 +68,7 @@ pub fn run(
         stop,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
+        lag: None,
         // Three digits from a nanosecond to an hour.
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
     };
@@ -86,7 +89,7 @@ pub fn run(
     let (ended, failure) = match course {
         Ok(ending) => (ending, None),
         Err(Interruption::Squad(error)) => (Ending::Failed, Some(error.to_string())),
-        Err(Interruption::Observer(objection)) => (Ending::Failed, Some(objection)),
+        Err(Interruption::Observer(why) | Interruption::Overload(why)) => (Ending::Failed, Some(why)),
         Err(Interruption::Outputs(error)) => return Err(error),
     };
     let agents = profile.as_ref().map(Totals::of);
@@ -105,11 +108,19 @@ struct Run<'a> {
     stop: &'a StopFlag,
     converged_at_s: Option<f64>,
     recovery: Recovery,
+    /// In real time, how it went with the wall clock.
+    lag: Option<Lag>,
     tick_ns: Histogram<u64>,
 }
 
+/// Longest nap, so that a wish to stop is heard.
+const NAP: Duration = Duration::from_millis(100);
+/// Time between two warnings that the machine does not keep up.
+const LATE_AGAIN: Duration = Duration::from_secs(5);
+
 /// What cuts a run short.
 enum Interruption {
+    Overload(String),
     Squad(SquadError),
     Observer(String),
     Outputs(anyhow::Error),
@@ -117,7 +128,9 @@ enum Interruption {
 
 impl Run<'_> {
     fn follow(&mut self, plan: Plan, observer: &mut Observer<'_>) -> Result<Ending, Interruption> {
-        let mut pace = Pace::new(plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0)));
+        let factor = plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0));
+        let mut pace = Pace::new(factor, plan.overload, Instant::now());
+        let mut told = None;
         let mut progress = Progress::begin(self.scenario.ticks(), plan.quiet);
         while !self.stop.is_raised() {
             self.tick().map_err(Interruption::Squad)?;
@@ -129,9 +142,38 @@ impl Run<'_> {
                 return Ok(ending);
             }
             progress.show(&status);
-            pace.wait(self.scenario.step_s.get(), || self.stop.is_raised());
+            let Some(next) = pace.next(self.scenario.step_s.get(), Instant::now()) else { continue };
+            if let Some(late) = next.late.filter(|_| plan.mode == Mode::Realtime) {
+                self.say_late(&pace, late, &mut told)?;
+            }
+            self.lag = (plan.mode == Mode::Realtime).then(|| pace.lag());
+            self.wait(next.due).map_err(Interruption::Squad)?;
         }
         Ok(Ending::Interrupted)
+    }
+
+    /// The machine does not keep up: says so, again after a while, or gives up.
+    fn say_late(&self, pace: &Pace, late: Duration, told: &mut Option<Instant>) -> Result<(), Interruption> {
+        let (tick, seconds) = (self.arena.next_tick(), late.as_secs_f64());
+        let what = format!("this machine does not keep up: tick {tick} is {seconds:.3} s late");
+        if pace.overload() == Overload::Fail {
+            let hint = "take fewer robots or a longer step, or --overload report";
+            return Err(Interruption::Overload(format!("{what} ({hint})")));
+        }
+        if told.is_none_or(|told| told.elapsed() > LATE_AGAIN) {
+            *told = Some(Instant::now());
+            let Lag { late_ticks, ticks, lost_s, .. } = pace.lag();
+            tracing::warn!("{what} ({late_ticks} of {ticks} ticks so far, {lost_s:.1} s lost for good)");
+        }
+        Ok(())
+    }
+
+    /// Waits until `due`, or for the wish to stop.
+    fn wait(&mut self, due: Instant) -> Result<(), SquadError> {
+        while !self.stop.is_raised() && Instant::now() < due {
+            self.squad.attend(due.min(Instant::now() + NAP))?;
+        }
+        Ok(())
     }
 
     fn record(&mut self, status: &Status, is_last: bool) -> anyhow::Result<()> {
@@ -226,6 +268,7 @@ impl Run<'_> {
             faults: self.faults(),
             incidents: self.squad.incidents().to_vec(),
             tick_us: TickTimes::of(&self.tick_ns),
+            lag: self.lag,
             agents: None,
         }
     }

@@ -125,7 +125,13 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
         Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
     };
-    let plan = Plan { engine: "processes", mode, speed: cli.run.speed, quiet: cli.run.quiet };
+    let plan = Plan {
+        engine: "processes",
+        mode,
+        speed: cli.run.speed,
+        overload: cli.run.overload,
+        quiet: cli.run.quiet,
+    };
     engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, &mut engine::content)
 }
 

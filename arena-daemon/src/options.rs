@@ -9,6 +9,8 @@ use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
 use clap::{Args, ValueEnum};
 use protocol::setup::Mode;
 
+use crate::pace::Overload;
+
 /// How time passes, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "lower")]
@@ -58,6 +60,10 @@ pub struct RunOptions {
     /// In lock-step, run no faster than this multiple of real time [default: as fast as it can]
     #[arg(long, value_name = "MAX_FACTOR", value_parser = positive, allow_negative_numbers = true)]
     pub speed: Option<f64>,
+
+    /// In real time, what if this machine cannot keep up
+    #[arg(long, value_enum, default_value_t)]
+    pub overload: Overload,
 
     /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog and scenario.toml to this new folder
     #[arg(long, value_name = "DIR")]
@@ -135,6 +141,8 @@ impl RunOptions {
         if let Some(speed) = self.speed {
             arguments.extend(["--speed".into(), speed.to_string().into()]);
         }
+        let overload = self.overload.to_possible_value().expect("no policy is hidden");
+        arguments.extend(["--overload".into(), overload.get_name().into()]);
         if let Some(out) = &self.out {
             // One argument, so that a name may begin with a dash.
             let mut argument = OsString::from("--out=");

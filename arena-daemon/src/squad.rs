@@ -7,6 +7,8 @@ pub mod realtime;
 
 pub use members::Hosting;
 
+use std::{thread, time::Instant};
+
 use arena::fault::Strike;
 use protocol::{
     command::Command,
@@ -39,6 +41,12 @@ pub trait Squad {
 
     /// Gives each robot its percept and puts what they answer into `answers`.
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
+
+    /// Waits until `due`, and takes in what comes meanwhile if that is of interest.
+    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
+        thread::sleep(due.saturating_duration_since(Instant::now()));
+        Ok(())
+    }
 
     /// Whether every robot that takes part has answered a percept: before that, errors mean nothing.
     fn has_estimates(&self) -> bool {

@@ -11,7 +11,7 @@ use hdrhistogram::Histogram;
 use protocol::setup::Mode;
 use serde::{Deserialize, Serialize};
 
-use crate::{profile::Totals, squad::Incident};
+use crate::{pace::Lag, profile::Totals, squad::Incident};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,6 +151,8 @@ pub struct Summary {
     pub incidents: Vec<Incident>,
     /// Wall time of a tick.
     pub tick_us: TickTimes,
+    /// In real time, how it went with the wall clock; else `null`.
+    pub lag: Option<Lag>,
     /// What the agents took; `null` if nobody measured, as in process.
     pub agents: Option<Totals>,
 }

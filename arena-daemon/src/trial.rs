@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     engine::{self, Plan},
     outputs::Outputs,
+    pace::Overload,
     squad::{Squad, Standing},
     stop::StopFlag,
     summary::Ending,
@@ -91,7 +92,7 @@ pub fn play(
     };
     let start = positions(&arena);
     let mut watch = Watch::new(scenario.sample_every_ticks());
-    let plan = Plan { engine, mode: Mode::Lockstep, speed: None, quiet: true };
+    let plan = Plan { engine, mode: Mode::Lockstep, speed: None, overload: Overload::Report, quiet: true };
     let nowhere = Outputs::begin(None, scenario).context("a trial writes nothing")?;
     let summary = engine::run(scenario, &mut arena, squad, plan, nowhere, stop, &mut |arena, answers| {
         watch.look(arena, answers);

@@ -26,7 +26,7 @@ mod tables;
 
 use std::{num::NonZeroU32, path::Path};
 
-use protocol::setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Mode, Plane};
+use protocol::setup::{AgentSetup, ClockSetup, Closure, ControllerSetup, GradientMode, Mode, Plane};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -180,7 +180,12 @@ impl Scenario {
     /// What each robot is told before its first tick: the same for all, and silent about how many there are.
     pub fn agent_setup(&self, mode: Mode) -> AgentSetup {
         let cycle = seconds(self.channel.cycle_s.unwrap_or(self.step_s));
-        AgentSetup { mode, plane: self.plane(mode), cycle, controller: self.controller_setup() }
+        let clock = ClockSetup {
+            drift_ppm: self.processes.clock_drift_ppm.get(),
+            jitter: Seconds::new(self.processes.timer_jitter_s.get()).expect("it is a finite number"),
+            seed: self.seed,
+        };
+        AgentSetup { mode, plane: self.plane(mode), cycle, clock, controller: self.controller_setup() }
     }
 
     /// What carries messages between the arena and agents that keep time like this.

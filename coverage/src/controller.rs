@@ -35,6 +35,12 @@ impl Controller {
         Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
     }
 
+    /// Takes in what was heard before the percept that will be answered: in real time more than one may come
+    /// between two cycles. To take in a percept twice does no harm.
+    pub fn hear(&mut self, percept: &Percept) {
+        self.neighbors.record(percept.tick, &percept.deliveries);
+    }
+
     /// One cycle: hear, build the local cell, find its estimated centroid, head for it (eq. 8).
     ///
     /// The robot stays where it is if it has no cell, or if its cell has no positive mass.

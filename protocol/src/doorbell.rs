@@ -9,7 +9,7 @@
 #![allow(unsafe_code)] // One `unsafe impl`; the mapping itself is in `mapping`.
 
 use core::{
-    sync::atomic::{AtomicU32, Ordering},
+    sync::atomic::{AtomicU32, AtomicU64, Ordering},
     time::Duration,
 };
 use std::{io, path::Path, time::Instant};
@@ -22,7 +22,11 @@ use rustix::{
 use crate::mapping::{Mapping, Shareable};
 
 /// The last character is the version of this layout.
-const MAGIC: u32 = u32::from_le_bytes(*b"LMB1");
+const MAGIC: u32 = u32::from_le_bytes(*b"LMB2");
+
+/// Robots that can sign their answers; those with a higher index answer without a name.
+pub const SIGNING_MAX: usize = 64 * SIGNATURE_WORDS;
+const SIGNATURE_WORDS: usize = 128;
 
 /// Each word that is written in the tick has a cache line of its own.
 #[repr(C, align(64))]
@@ -38,8 +42,10 @@ struct Page {
     round: Line,
     /// Answers the arena still waits for; the arena sleeps on it.
     missing: Line,
+    /// One bit per robot that has signed an answer since the arena last looked.
+    signatures: [AtomicU64; SIGNATURE_WORDS],
 }
-const _: () = assert!(size_of::<Page>() == 192);
+const _: () = assert!(size_of::<Page>() == 192 + SIGNATURE_WORDS * 8);
 
 // SAFETY: `Page` consists of atomics; what padding the alignment makes is never read.
 unsafe impl Shareable for Page {}
@@ -124,15 +130,21 @@ impl Doorbell {
         self.page.round.0.load(Ordering::Acquire)
     }
 
+    /// What an agent would wake up to now, without waiting.
+    pub fn look(&self, seen: u32) -> Ring {
+        match self.round() {
+            _ if self.is_closed() => Ring::Closed,
+            round if round != seen => Ring::Round(round),
+            _ => Ring::Silence,
+        }
+    }
+
     /// An agent waits for a round after `seen`, about `timeout` at most; it reads no clock.
     pub fn wait_for_ring(&self, seen: u32, timeout: Duration) -> Ring {
         loop {
-            if self.is_closed() {
-                return Ring::Closed;
-            }
-            let round = self.round();
-            if round != seen {
-                return Ring::Round(round);
+            match self.look(seen) {
+                Ring::Silence => {}
+                ring => return ring,
             }
             if sleep_while(&self.page.round.0, seen, timeout) == Slept::Enough {
                 return Ring::Silence;
@@ -150,6 +162,25 @@ impl Doorbell {
         if self.page.missing.0.fetch_sub(1, Ordering::AcqRel) == 1 {
             self.wake(&self.page.missing);
         }
+    }
+
+    /// The same, and says whose answer it is, so that an arena that waits for nobody in particular need not look
+    /// at everybody.
+    pub fn answer_as(&self, robot: u32) {
+        if let Some(word) = self.page.signatures.get(robot as usize / 64) {
+            word.fetch_or(1 << (robot % 64), Ordering::Release);
+        }
+        self.answer();
+    }
+
+    /// Robots whose signatures have come since the arena looked last, ascending. As any agent may sign for any
+    /// robot, this too is only a hint, and may name robots that do not exist.
+    pub fn signed(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.page.signatures).flat_map(|(at, word)| {
+            // Looking costs the agents less than taking.
+            let bits = if word.load(Ordering::Relaxed) == 0 { 0 } else { word.swap(0, Ordering::Acquire) };
+            (0..64).filter(move |bit| bits & (1 << bit) != 0).map(move |bit| at * 64 + bit)
+        })
     }
 
     fn wake(&self, line: &Line) {
@@ -241,6 +272,21 @@ mod tests {
         let (_folder, _arena, path) = page();
         let agent = Doorbell::open(&path).unwrap();
         assert_eq!(agent.wait_for_ring(0, Duration::from_millis(5)), Ring::Silence);
+    }
+
+    #[test]
+    fn who_signs_is_seen_once() {
+        let (_folder, arena, path) = page();
+        let agent = Doorbell::open(&path).unwrap();
+        assert_eq!(arena.signed().count(), 0);
+        arena.expect(4);
+        for robot in [64, 3, 8191, u32::MAX] {
+            agent.answer_as(robot);
+        }
+        assert!(arena.wait_for_answers(SOON), "whoever cannot sign has answered too");
+        assert_eq!(arena.signed().collect::<std::vec::Vec<_>>(), [3, 64, 8191]);
+        assert_eq!(arena.signed().count(), 0);
+        assert_eq!(SIGNING_MAX, 8192);
     }
 
     #[test]

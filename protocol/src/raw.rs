@@ -138,6 +138,8 @@ const _: () = assert!(size_of::<RawPercept>() == 48 + 16 * WALLS_MAX + 40 * COMP
 pub struct RawTimes {
     /// Stamp of the moment it woke up; 0 if it did not measure.
     pub woke: u64,
+    /// In real time, stamp of the moment the percept had been read and checked, which may be long before; else 0.
+    pub heard: u64,
     /// From then on until its percept was read and checked; these and the next ones are counts of the clock, and
     /// the largest `u32` for more than that.
     pub receive: u32,
@@ -156,7 +158,7 @@ pub struct RawTimes {
     /// In real time, timer periods that went by without a cycle, in its whole life.
     pub missed: u32,
 }
-const _: () = assert!(size_of::<RawTimes>() == 40);
+const _: () = assert!(size_of::<RawTimes>() == 48);
 
 /// An agent's answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -183,7 +185,7 @@ pub struct RawCommand {
     /// How long it took.
     pub times: RawTimes,
 }
-const _: () = assert!(size_of::<RawCommand>() == 128);
+const _: () = assert!(size_of::<RawCommand>() == 136);
 
 /// Why a command is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -291,7 +293,10 @@ fn same_bits(a: &Packet, b: &Packet) -> bool {
 impl RawTimes {
     /// When the percept had been read and checked.
     pub fn received(&self) -> Stamp {
-        Stamp(self.woke.saturating_add(self.receive.into()))
+        match self.heard {
+            0 => Stamp(self.woke.saturating_add(self.receive.into())),
+            heard => Stamp(heard),
+        }
     }
 
     /// When the goal was known and publishing began.

@@ -89,6 +89,17 @@ impl Mode {
     }
 }
 
+/// How good a robot's own clock is, which it wakes up by in real time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClockSetup {
+    /// Each clock runs fast or slow by a share of its own, up to this many parts per million.
+    pub drift_ppm: f64,
+    /// Each wake-up comes late by a time of its own, up to this.
+    pub jitter: Seconds,
+    /// What both are drawn from, together with the robot's id.
+    pub seed: u64,
+}
+
 /// Everything an agent needs to start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AgentSetup {
@@ -98,6 +109,8 @@ pub struct AgentSetup {
     pub plane: Plane,
     /// Length of a neighbor cycle: how often an agent hears of the world and answers.
     pub cycle: Seconds,
+    /// The robot's own clock.
+    pub clock: ClockSetup,
     /// Parameters of the mind.
     pub controller: ControllerSetup,
 }

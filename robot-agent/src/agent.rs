@@ -1,6 +1,6 @@
 //! A controller with its ports: percepts in, commands out.
 
-use std::fs;
+use std::{fs, mem};
 
 use anyhow::Context;
 use coverage::Controller;
@@ -30,6 +30,8 @@ pub(crate) struct Agent {
     controller: Controller,
     ports: AgentPorts,
     percept: Percept,
+    /// Whether the percept waits for an answer.
+    waits: bool,
     pid: u32,
 }
 
@@ -37,7 +39,7 @@ impl Agent {
     pub(crate) fn new(id: RobotId, setup: ControllerSetup, ports: AgentPorts) -> Self {
         let controller = Controller::new(id, setup);
         let (stopwatch, percept) = (Stopwatch::new(), Percept::empty(0));
-        Self { id, stopwatch, controller, ports, percept, pid: std::process::id() }
+        Self { id, stopwatch, controller, ports, percept, waits: false, pid: std::process::id() }
     }
 
     /// Says that this robot is there.
@@ -48,7 +50,8 @@ impl Agent {
     /// Answers the newest percept that waits. Returns whether there was one. Asked to boot, it begins anew
     /// with what the agents of the run are told by now.
     pub(crate) fn answer(&mut self, run: &RunDir) -> anyhow::Result<bool> {
-        if !self.receive()? {
+        self.receive(|_| ())?;
+        if !mem::take(&mut self.waits) {
             return Ok(false);
         }
         if self.percept.tick == BOOT_TICK {
@@ -65,16 +68,26 @@ impl Agent {
         Ok(true)
     }
 
-    /// Reads every percept that waits; the last one that makes sense stays.
-    fn receive(&mut self) -> Result<bool, ServiceError> {
-        let mut received = false;
+    /// Takes in what has come between two cycles, so that what is heard is known even if another percept comes
+    /// before the next cycle, which will be the one to be answered.
+    pub(crate) fn listen(&mut self) -> Result<(), ServiceError> {
+        self.receive(|agent| {
+            agent.controller.hear(&agent.percept);
+            agent.stopwatch.heard();
+        })
+    }
+
+    /// Reads every percept that is unread; the last one that makes sense waits for an answer.
+    fn receive(&mut self, take_in: impl Fn(&mut Self)) -> Result<(), ServiceError> {
         loop {
             match self.ports.receive(&mut self.percept)? {
-                None => return Ok(received),
-                Some(Ok(0)) => received = true,
+                None => return Ok(()),
                 Some(Ok(refused)) => {
-                    received = true;
-                    tracing::debug!("tick {}: {refused} packets did not decode", self.percept.tick);
+                    self.waits = true;
+                    if refused > 0 {
+                        tracing::debug!("tick {}: {refused} packets did not decode", self.percept.tick);
+                    }
+                    take_in(self);
                 }
                 Some(Err(error)) => tracing::warn!("{}: percept refused: {error}", self.id),
             }

@@ -6,6 +6,7 @@ mod agent;
 mod lockstep;
 mod realtime;
 mod stopwatch;
+mod timer;
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -115,7 +116,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     let Seat { setup, run, arena, bell, agent } = &mut *seat;
     match setup.mode {
         Mode::Lockstep => lockstep::run(agent, bell, run, arena),
-        Mode::Realtime => realtime::run(agent, bell, run, arena, setup.cycle),
+        Mode::Realtime => realtime::run(agent, bell, run, arena, setup),
     }
 }
 

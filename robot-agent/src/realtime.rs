@@ -1,18 +1,15 @@
-//! Real time: wake up on the robot's own timer and answer what has come.
+//! Real time: wake up on the robot's own timer and answer what has come; in between, listen.
 
-use std::{
-    thread,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use protocol::{
-    doorbell::Doorbell,
+    doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
-    units::Seconds,
+    setup::AgentSetup,
 };
 
-use crate::{Abandoned, agent::Agent};
+use crate::{Abandoned, agent::Agent, timer::Timer};
 
 /// Silence after which an agent asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
@@ -20,7 +17,7 @@ const ALIVE_POLL: Duration = Duration::from_millis(250);
 const LEFT_OUT: Duration = Duration::from_secs(10);
 /// After a gap like this, which no nap explains, it was itself away, stopped perhaps.
 const AWAY: Duration = Duration::from_secs(1);
-/// Longest nap, so that the end of the run is noticed.
+/// Longest nap, so that a dead arena is noticed.
 const NAP: Duration = Duration::from_millis(250);
 
 pub(crate) fn run(
@@ -28,32 +25,48 @@ pub(crate) fn run(
     bell: &Doorbell,
     run: &RunDir,
     arena: &ArenaWatch,
-    cycle: Seconds,
+    setup: &AgentSetup,
 ) -> anyhow::Result<()> {
-    let period =
-        Duration::try_from_secs_f64(cycle.get()).context("the run's neighbor cycle is no duration")?;
+    let mut seen = bell.round();
     agent.announce()?;
     bell.answer();
-    let (mut deadline, mut answered, mut asked) = (Instant::now(), Instant::now(), Instant::now());
+    let mut now = Instant::now();
+    let mut timer = Timer::new(agent.id, setup.cycle, &setup.clock, now)
+        .context("the run's neighbor cycle is longer than a clock can count")?;
+    let patience = LEFT_OUT.max(timer.period().saturating_mul(10));
+    let (mut answered, mut asked) = (now, now);
     // Percepts begin when everyone is there; until then silence means nothing.
     let mut begun = false;
-    let mut looked = Instant::now();
-    while !bell.is_closed() {
-        let now = Instant::now();
-        if now - looked > AWAY {
+    loop {
+        let left = timer.fires().saturating_duration_since(now);
+        let ring = if left.is_zero() { bell.look(seen) } else { bell.wait_for_ring(seen, left.min(NAP)) };
+        match ring {
+            Ring::Closed => return Ok(()),
+            Ring::Silence => {}
+            Ring::Round(round) => {
+                seen = round;
+                agent.listen()?;
+            }
+        }
+        let before = std::mem::replace(&mut now, Instant::now());
+        if now - before > AWAY {
             // Nobody could have answered in that time.
             answered = now;
         }
-        looked = now;
-        if now >= deadline {
-            let late = now - deadline;
-            agent.stopwatch.woke_late(late, periods_in(late, period));
-            // A missed deadline is not made up for: there is one newest percept, and one answer to it.
-            deadline = (deadline + period).max(now);
+        if now >= timer.fires() {
+            let fired = timer.fired(now);
+            agent.stopwatch.woke_late(fired.late);
+            // Before percepts begin, there is nothing to be in time for.
+            agent.stopwatch.missed(if begun { fired.skipped } else { 0 });
+            agent.listen()?;
             if agent.answer(run)? {
+                bell.answer_as(agent.id.index);
                 (answered, begun) = (now, true);
-            } else if begun && now - answered > LEFT_OUT.max(period * 10) {
+            } else if begun && now - answered > patience {
                 return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
+            }
+            if begun && !timer.is_in_time(Instant::now()) {
+                agent.stopwatch.missed(1);
             }
         }
         if now - asked.max(answered) > ALIVE_POLL {
@@ -65,28 +78,5 @@ pub(crate) fn run(
                 return Err(Abandoned::ArenaDied { run: run.name().clone(), id: agent.id }.into());
             }
         }
-        thread::sleep(deadline.saturating_duration_since(Instant::now()).min(NAP));
-    }
-    Ok(())
-}
-
-/// Whole periods in `late`, each of which is a deadline that was missed.
-fn periods_in(late: Duration, period: Duration) -> u32 {
-    let periods = late.as_nanos() / period.as_nanos().max(1);
-    u32::try_from(periods).unwrap_or(u32::MAX)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_late_timer_has_missed_only_whole_periods() {
-        let ms = Duration::from_millis;
-        let cases = [(0, 0), (99, 0), (100, 1), (250, 2)];
-        for (late, missed) in cases {
-            assert_eq!(periods_in(ms(late), ms(100)), missed, "{late} ms late");
-        }
-        assert_eq!(periods_in(Duration::MAX, Duration::ZERO), u32::MAX);
     }
 }

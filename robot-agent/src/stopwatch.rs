@@ -32,11 +32,20 @@ impl Stopwatch {
         self.times.woke = self.last.0;
     }
 
-    /// It wakes up by its own timer, which fired late, and so many periods were missed on top.
-    pub(crate) fn woke_late(&mut self, late: Duration, missed: u32) {
+    /// It wakes up by its own timer, which fired so late.
+    pub(crate) fn woke_late(&mut self, late: Duration) {
         self.woke();
         self.times.late_ns = saturated(late.as_nanos());
-        self.times.missed = self.times.missed.saturating_add(missed);
+    }
+
+    /// So many more deadlines have not been met.
+    pub(crate) fn missed(&mut self, deadlines: u32) {
+        self.times.missed = self.times.missed.saturating_add(deadlines);
+    }
+
+    /// It has read a percept between two cycles.
+    pub(crate) fn heard(&mut self) {
+        self.times.heard = self.clock.now().0;
     }
 
     /// It has read its percept.
@@ -91,7 +100,8 @@ mod tests {
     fn stages_follow_each_other_without_a_gap() {
         let mut watch = Stopwatch::new();
         let before = watch.clock.now();
-        watch.woke_late(Duration::from_secs(3600), 2);
+        watch.woke_late(Duration::from_secs(3600));
+        watch.missed(2);
         watch.received();
         Stage::ALL.into_iter().for_each(|stage| watch.passed(stage));
         let times = watch.times();
@@ -100,7 +110,8 @@ mod tests {
         assert_eq!((times.late_ns, times.missed, times.publish_before), (u32::MAX, 2, 0));
         watch.published();
         let published = watch.last;
-        watch.woke_late(Duration::ZERO, 1);
+        watch.woke_late(Duration::ZERO);
+        watch.missed(1);
         let next = watch.times();
         assert_eq!(times.decided().0 + u64::from(next.publish_before), published.0);
         assert_eq!((next.late_ns, next.missed), (0, 3));

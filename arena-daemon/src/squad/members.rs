@@ -372,6 +372,11 @@ impl Members {
         self.remains.clear();
     }
 
+    /// Whether robot `index` exists and takes part.
+    pub(super) fn is_present(&self, index: usize) -> bool {
+        self.members.get(index).is_some_and(|member| member.presence == Presence::Present)
+    }
+
     /// The life of robot `index` that has joined, if one has and is not over.
     pub(super) fn life(&self, index: usize) -> Option<RobotId> {
         let member = &self.members[index];

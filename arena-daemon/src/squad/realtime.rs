@@ -1,4 +1,4 @@
-//! Processes on their own timers: the arena takes what has arrived and never waits.
+//! Processes on their own timers: the arena takes in what comes as it comes, and waits for nobody.
 
 use std::time::{Duration, Instant};
 
@@ -34,6 +34,8 @@ pub struct Realtime {
     cycle: Duration,
     /// When the arena last looked.
     looked: Instant,
+    /// The tick of the last percepts.
+    tick: Tick,
 }
 
 /// The last command of one agent.
@@ -54,7 +56,7 @@ impl Realtime {
         let members = Members::open(scenario, Mode::Realtime, hosting)?;
         let latest = vec![None; scenario.robot_count() as usize];
         let cycle = Duration::from_secs_f64(scenario.cycle_s());
-        Ok(Self { members, latest, cycles: 0, cycle, looked: Instant::now() })
+        Ok(Self { members, latest, cycles: 0, cycle, looked: Instant::now(), tick: 0 })
     }
 
     /// Takes in the newest command of agent `index`, if a new one has come.
@@ -116,10 +118,12 @@ impl Squad for Realtime {
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
+        self.tick = tick;
         self.forgive_own_absence();
         answers.fill(None);
         self.members.recorder.iter_mut().for_each(|recorder| recorder.hand_out(tick));
         let present = self.members.send(percepts)?;
+        self.members.doorbell.ring();
         self.members.recorder.iter_mut().for_each(|recorder| recorder.digest(percepts, &present));
         for index in present {
             self.hear(index, tick)?;
@@ -144,6 +148,27 @@ impl Squad for Realtime {
         }
         self.cycles += 1;
         Ok(())
+    }
+
+    /// Answers are taken in when they are there, so that what they took is known; they count from the next tick on.
+    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
+        let mut signed = Vec::with_capacity(self.latest.len());
+        loop {
+            // First, so that an answer that comes while others are taken in is not slept through.
+            self.members.doorbell.expect(1);
+            signed.clear();
+            signed.extend(self.members.doorbell.signed());
+            for &robot in &signed {
+                if self.members.is_present(robot as usize) {
+                    self.hear(robot as usize, self.tick)?;
+                }
+            }
+            let left = due.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(());
+            }
+            self.members.doorbell.wait_for_answers(left);
+        }
     }
 
     fn has_estimates(&self) -> bool {

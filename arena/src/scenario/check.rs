@@ -35,6 +35,9 @@ pub(super) const COUNTS_MAX: f64 = 1e12;
 /// Finest step of a converter, counts: far below any noise, and no quotient overflows.
 const COUNTS_MIN: f64 = 1e-9;
 
+/// Largest drift of a clock, parts per million: far beyond any oscillator.
+const DRIFT_MAX_PPM: f64 = 1e5;
+
 /// The number of robots that `count` and `positions_m` agree on.
 pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
     let positions = robots.positions_m.as_ref().map(Vec::len);
@@ -88,6 +91,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     light(scenario)?;
     reach(&scenario.channel)?;
     cycle(scenario)?;
+    clocks(scenario)?;
     air(&scenario.channel)?;
     measurement(&scenario.channel)?;
     fault_check::plan(scenario)
@@ -313,6 +317,27 @@ fn cycle(scenario: &Scenario) -> Result<(), Problem> {
         let message =
             format!("channel.cycle_s = {cycle_s} is longer than the whole run, duration_s = {duration_s}");
         problem(&["channel.cycle_s", "channel.profile", "duration_s"], message)
+    })
+}
+
+/// A robot's timer fires once per cycle, whatever its clock is like.
+fn clocks(scenario: &Scenario) -> Result<(), Problem> {
+    let (drift_ppm, jitter_s) =
+        (scenario.processes.clock_drift_ppm.get(), scenario.processes.timer_jitter_s.get());
+    ensure(drift_ppm <= DRIFT_MAX_PPM, || {
+        let message = format!(
+            "processes.clock_drift_ppm = {drift_ppm} is more than {DRIFT_MAX_PPM}, a tenth of all time; quartz \
+             drifts by some 50"
+        );
+        problem(&["processes.clock_drift_ppm"], message)
+    })?;
+    let cycle_s = scenario.cycle_s();
+    ensure(jitter_s < cycle_s, || {
+        let message = format!(
+            "processes.timer_jitter_s = {jitter_s} is not less than a neighbor cycle, {cycle_s} s: timers would \
+             overtake themselves"
+        );
+        problem(&["processes.timer_jitter_s", "channel.cycle_s", "step_s"], message)
     })
 }
 

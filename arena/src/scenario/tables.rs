@@ -171,6 +171,12 @@ pub struct ProcessesSpec {
     /// What carries messages; without it blackboards in lock-step, publish-subscribe in real time.
     #[schemars(with = "Option<PlaneName>")]
     pub plane: Option<Plane>,
+    /// In real time, each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many
+    /// parts per million.
+    pub clock_drift_ppm: NonNegative,
+    /// In real time, each wake-up of a robot's timer comes late by a time of its own, drawn evenly, of up to
+    /// this many seconds; less than a neighbor cycle.
+    pub timer_jitter_s: NonNegative,
 }
 
 /// What happens to a robot that hangs.
@@ -236,6 +242,8 @@ impl Default for ProcessesSpec {
             on_hang: OnHang::default(),
             join_timeout_s: constant!(Positive, 30.0),
             plane: None,
+            clock_drift_ppm: constant!(NonNegative, 0.0),
+            timer_jitter_s: constant!(NonNegative, 0.0),
         }
     }
 }

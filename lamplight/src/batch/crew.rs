@@ -16,6 +16,7 @@ use anyhow::{Context, anyhow};
 use arena::scenario::Scenario;
 use arena_daemon::{
     options::{ModeName, RunOptions, ScenarioOptions},
+    pace::Overload,
     stop::StopFlag,
     summary::Ending,
     trial::Record,
@@ -222,5 +223,13 @@ fn options(scenario: &Scenario) -> RunOptions {
         duration: None,
         sets: Vec::new(),
     };
-    RunOptions { scenario, mode: ModeName::Lockstep, speed: None, out: None, no_profile: true, quiet: true }
+    RunOptions {
+        scenario,
+        mode: ModeName::Lockstep,
+        speed: None,
+        overload: Overload::Report,
+        out: None,
+        no_profile: true,
+        quiet: true,
+    }
 }
