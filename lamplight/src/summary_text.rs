@@ -16,6 +16,9 @@ const FATES: [(&str, &str); 8] = [
     ("delayed", "still delayed"),
 ];
 
+/// Parts of an agent's cycle, in their order.
+const STAGES: [&str; 6] = ["receive", "neighbors", "cell", "truncation", "centroid", "publish"];
+
 /// A few lines about a run, from its `summary.json`.
 pub(crate) fn lines(summary: &Value) -> String {
     let mut text = String::new();
@@ -58,7 +61,41 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
     write_ledger(text, &summary["faults"])?;
     let tick = &summary["tick_us"];
     writeln!(text, "tick: {:.0} us median, {:.0} us p99", plain(&tick["p50"]), plain(&tick["p99"]))?;
+    write_agents(text, &summary["agents"])?;
     writeln!(text, "digest {}", word("digest"))
+}
+
+/// What the agents took; nothing if nobody measured.
+fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
+    if agents.is_null() {
+        return Ok(());
+    }
+    let median = |spread: &Value| number(spread, "p50");
+    let both =
+        |spread: &Value| format!("{:.1} us median, {:.1} us p99", median(spread), number(spread, "p99"));
+    let stages = &agents["stages_us"];
+    write!(text, "agents: cycle {} (medians:", both(&agents["cycle_us"]))?;
+    for (at, stage) in STAGES.into_iter().enumerate() {
+        write!(text, "{} {stage} {:.1}", if at == 0 { "" } else { "," }, median(&stages[stage]))?;
+    }
+    writeln!(text, ")")?;
+    write!(text, "agents: wake-up {}", both(&stages["wake"]))?;
+    writeln!(text, "; packets {}, beyond what is modeled", both(&agents["packet_latency_us"]))?;
+    if !agents["period_jitter_us"].is_null() {
+        let (jitter, missed) = (both(&agents["period_jitter_us"]), &agents["missed_deadlines"]);
+        writeln!(text, "agents: period jitter {jitter}; {missed} deadlines missed")?;
+    }
+    let processes = &agents["processes"];
+    writeln!(
+        text,
+        "agents: CPU {:.0} ms; switches {} voluntary, {} involuntary; PSS {:.1} MB; clock {}; hardware counters: {}",
+        number(processes, "cpu_ms"),
+        processes["switches_voluntary"],
+        processes["switches_involuntary"],
+        number(processes, "pss_kb") / 1e3,
+        agents["clock"]["source"].as_str().unwrap_or_default(),
+        agents["hardware_counters"].as_str().unwrap_or_default(),
+    )
 }
 
 /// Share of packets that got through the crowd, beside the closed form.

@@ -166,7 +166,10 @@ impl Recorder {
         let (Some(waited), Some(wake_ns), Some(under_way)) =
             (received.since(not_before), wake_ns, now.since(decided))
         else {
-            self.refuse();
+            // What the next command tells of publishing is about this cycle, and not about the last good one.
+            self.settle(index, began);
+            self.robots[index].open = None;
+            self.refused += 1;
             return;
         };
         self.origins.note(&command.packet, narrow(rate.ns(under_way)));
@@ -256,7 +259,7 @@ impl Recorder {
         let Some(Open { row: mut whole, woke, decided }) = before else { return };
         let published = Stamp(decided.0.saturating_add(times.publish_before.into()));
         let Some(counts) = published.since(woke).filter(|_| published.0 <= times.woke) else {
-            self.refuse();
+            self.refused += 1;
             return;
         };
         whole.stages_ns[Stage::Publish as usize] = ns(times.publish_before);
@@ -277,11 +280,6 @@ impl Recorder {
             observer(rows);
         }
         rows.clear();
-    }
-
-    /// Leaves out what makes no sense.
-    fn refuse(&mut self) {
-        self.refused += 1;
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::process::{Process, State};
 
-/// What one process has used.
+/// What one process has used. Times and switches are those of its main thread: agents have no other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
     /// Time on a processor, nanoseconds, user and kernel together.
@@ -59,21 +59,41 @@ fn field(text: &str, name: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
-    use std::process::{Command, id};
+    use std::{
+        io::{Read, Write},
+        process::{Command, Stdio},
+    };
 
     use super::*;
 
+    /// Waits until a process sleeps, and looks what it has used by then.
+    fn asleep(process: Process) -> Usage {
+        while process.state() != State::Sleeping {
+            std::thread::yield_now();
+        }
+        Usage::of(process).unwrap()
+    }
+
     #[test]
-    fn we_have_used_something() {
-        let before = Usage::of(Process::find(id()).unwrap()).unwrap();
-        let work: Vec<u64> = (0..2_000_000).map(std::hint::black_box).collect();
-        std::thread::sleep(std::time::Duration::from_millis(1));
-        let after = Usage::of(Process::find(id()).unwrap()).unwrap();
-        assert!(before.rss_kb > 0 && before.cpu_ns > 0, "{before:?}");
-        assert!(after.cpu_ns > before.cpu_ns, "{before:?} {after:?}");
-        assert!(after.faults_minor >= before.faults_minor + 1000, "{before:?} {after:?}");
-        assert!(after.pss_kb.is_none_or(|pss_kb| pss_kb <= after.rss_kb), "{after:?}");
+    fn work_costs_time_and_every_wait_a_switch() {
+        let script = "while read line; do i=0; while [ $i -lt 20000 ]; do i=$((i + 1)); done; echo; done";
+        let pipe = Stdio::piped;
+        let mut child = Command::new("sh").args(["-c", script]).stdin(pipe()).stdout(pipe()).spawn().unwrap();
+        let (mut work, mut done) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+        let process = Process::find(child.id()).unwrap();
+        let before = asleep(process);
+        for _ in 0..3 {
+            work.write_all(b"\n").unwrap();
+            done.read_exact(&mut [0]).unwrap();
+            asleep(process);
+        }
+        let after = asleep(process);
         drop(work);
+        child.wait().unwrap();
+        assert!(after.cpu_ns > before.cpu_ns + 1_000_000, "{before:?} {after:?}");
+        assert!(after.switches_voluntary >= before.switches_voluntary + 3, "{before:?} {after:?}");
+        assert!(after.faults_minor >= before.faults_minor && after.faults_minor > 50, "{after:?}");
+        assert!(after.rss_kb > 100 && after.pss_kb.is_none_or(|pss_kb| pss_kb <= after.rss_kb), "{after:?}");
     }
 
     #[test]

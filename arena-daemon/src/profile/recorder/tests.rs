@@ -1,1 +1,192 @@
+use std::{cell::RefCell, rc::Rc, thread, time::Duration};
 
+use protocol::{
+    frame::BodyVector,
+    packet::Packet,
+    percept::Delivery,
+    robot_id::RobotId,
+    units::{Meters, Radians},
+};
+
+use super::*;
+
+/// Longer than anything here takes, as counts of any clock: 2³⁰ is more than 0.2 s.
+const FAR: u64 = 1 << 30;
+
+fn recorder(mode: Mode) -> Recorder {
+    let mut recorder = Recorder::new(2, mode);
+    recorder.begin();
+    recorder
+}
+
+fn command(index: u32, sequence: u32) -> Command {
+    let packet = Packet { sender: RobotId::first(index), sequence, light: 0.0 };
+    Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet }
+}
+
+/// Two robots, each of which hears the other one's packet with number `sequence`.
+fn percepts(tick: Tick, sequence: u32) -> Vec<Percept> {
+    [1, 0]
+        .map(|sender| {
+            let mut percept = Percept::empty(tick);
+            percept.deliveries.push(Delivery {
+                packet: command(sender, sequence).packet,
+                range: Meters::new(1.0).unwrap(),
+                bearing: Radians::new(0.0).unwrap(),
+                orientation: Radians::new(0.0).unwrap(),
+            });
+            percept
+        })
+        .into()
+}
+
+/// What an agent says that has woken up now, and worked no time at all but for the cell.
+fn times(recorder: &Recorder) -> RawTimes {
+    RawTimes { woke: recorder.clock.now().0, cell: 1, ..RawTimes::default() }
+}
+
+fn hand_out_and_ring(recorder: &mut Recorder, tick: Tick) {
+    recorder.hand_out(tick);
+    recorder.ring();
+    recorder.digest(&percepts(tick, tick as u32), &[0, 1]);
+}
+
+/// One exchange in which both robots answer, changed by `change`.
+fn exchange(recorder: &mut Recorder, tick: Tick, change: impl Fn(&mut RawTimes)) {
+    hand_out_and_ring(recorder, tick);
+    for index in 0..2 {
+        let mut times = times(recorder);
+        change(&mut times);
+        // Time for what it claims to have done.
+        thread::sleep(Duration::from_micros(50));
+        recorder.note(index, tick, &command(index as u32, tick as u32 + 1), &times);
+    }
+}
+
+fn finish(recorder: Recorder) -> Profile {
+    recorder.finish([None, None]).unwrap()
+}
+
+#[test]
+fn each_cycle_is_known_once_the_next_one_tells_its_end() {
+    let mut recorder = recorder(Mode::Lockstep);
+    let seen = Rc::new(RefCell::new(Vec::new()));
+    let notes = Rc::clone(&seen);
+    recorder.observe(Box::new(move |rows| notes.borrow_mut().extend_from_slice(rows)));
+    for tick in 0..200 {
+        exchange(&mut recorder, tick, |times| times.publish_before = u32::from(tick > 0));
+    }
+    let profile = finish(recorder);
+    for (index, robot) in profile.robots.iter().enumerate() {
+        assert_eq!(robot.cycles, 199, "the last one has no end");
+        assert_eq!(robot.histograms.of(Span::Cycle).len(), 199);
+        assert_eq!(robot.counts, 199 * 2, "one count of cell, one of publishing");
+        assert!(robot.histograms.of(Span::Stage(Stage::Wake)).min() > 0);
+        let rows: Vec<_> = seen.borrow().iter().filter(|row| row.robot == index as u32).copied().collect();
+        assert!(rows.iter().map(|row| row.tick).eq(0..199), "an observer sees each in its order");
+        assert!(rows.is_sorted_by_key(|row| row.woke_ns));
+    }
+    assert_eq!((profile.stamps_refused, profile.over_all().of(Span::Cycle).len()), (0, 398));
+}
+
+#[test]
+fn a_packet_takes_two_ways_and_not_what_lies_between() {
+    let mut recorder = recorder(Mode::Lockstep);
+    let ms = |recorder: &Recorder, ms: u64| {
+        let rate = recorder.began.unwrap().rate;
+        (ms as f64 * 1e3 * rate.per_us()) as u64
+    };
+    hand_out_and_ring(&mut recorder, 0);
+    let published = recorder.clock.now().0;
+    thread::sleep(Duration::from_millis(3));
+    for index in 0..2 {
+        let times = RawTimes { woke: published, ..RawTimes::default() };
+        recorder.note(index, 0, &command(index as u32, 1), &times);
+    }
+    // The arena's own work, which is not to be seen.
+    thread::sleep(Duration::from_millis(50));
+    hand_out_and_ring(&mut recorder, 1);
+    let handed_out = recorder.handed_out[0].1;
+    // It sees the ring at once and takes 2 ms to read.
+    let times =
+        RawTimes { woke: recorder.clock.now().0, receive: ms(&recorder, 2) as u32, ..RawTimes::default() };
+    thread::sleep(Duration::from_millis(3));
+    recorder.note(0, 1, &command(0, 2), &times);
+    let second_ms = times.received().since(handed_out).unwrap() as f64 / ms(&recorder, 1) as f64;
+    let profile = finish(recorder);
+    let packet = profile.robots[0].histograms.of(Span::Packet);
+    assert_eq!(packet.len(), 1);
+    let measured_ms = packet.min() as f64 / 1e6;
+    assert!(measured_ms >= 3.0 + second_ms - 0.1, "{measured_ms} ms, of them {second_ms}");
+    assert!(measured_ms < 45.0, "{measured_ms} ms");
+    assert_eq!(profile.robots[1].histograms.of(Span::Packet).len(), 0, "it has not read its percept");
+    // Both heard a packet at tick 0 that nobody has sent.
+    assert_eq!(profile.packets_unknown, 2);
+}
+
+#[test]
+fn what_makes_no_sense_is_left_out_and_counted() {
+    let lies: [fn(&mut RawTimes); 5] = [
+        |times| times.woke -= FAR,
+        |times| times.woke += FAR,
+        |times| times.woke = u64::MAX,
+        |times| times.cell = u32::MAX,
+        |times| times.publish_before = u32::MAX,
+    ];
+    for (index, lie) in lies.into_iter().enumerate() {
+        let mut recorder = recorder(Mode::Lockstep);
+        for tick in 0..10 {
+            exchange(&mut recorder, tick, lie);
+        }
+        let profile = finish(recorder);
+        let refused = if index == 4 { 2 * 9 } else { 2 * 10 };
+        assert_eq!(profile.stamps_refused, refused, "lie {index}");
+        assert!(profile.over_all().of(Span::Cycle).is_empty(), "lie {index}");
+    }
+}
+
+#[test]
+fn who_measures_nothing_is_no_liar() {
+    let mut recorder = recorder(Mode::Lockstep);
+    exchange(&mut recorder, 0, |times| *times = RawTimes::default());
+    let profile = finish(recorder);
+    assert_eq!((profile.stamps_refused, profile.robots[0].cycles), (0, 0));
+    assert_eq!(profile.robots[0].counts_per_cycle(), None);
+}
+
+#[test]
+fn a_new_life_ends_no_cycle_of_the_old_one() {
+    let mut recorder = recorder(Mode::Lockstep);
+    exchange(&mut recorder, 0, |_| {});
+    exchange(&mut recorder, 1, |_| {});
+    recorder.reborn(0);
+    exchange(&mut recorder, 2, |_| {});
+    let profile = finish(recorder);
+    assert_eq!([0, 1].map(|index| profile.robots[index].cycles), [1, 2]);
+}
+
+#[test]
+fn in_real_time_lateness_is_the_timers_own_and_answers_may_come_late() {
+    let mut recorder = recorder(Mode::Realtime);
+    hand_out_and_ring(&mut recorder, 0);
+    let read_first = RawTimes { late_ns: 1000, missed: 0, ..times(&recorder) };
+    recorder.note(1, 0, &command(1, 1), &times(&recorder));
+    hand_out_and_ring(&mut recorder, 1);
+    // Robot 0 answers tick 0 only now, and tick 1 right after.
+    recorder.note(0, 0, &command(0, 1), &read_first);
+    let read_second = RawTimes { late_ns: 1300, missed: 2, publish_before: 1, ..times(&recorder) };
+    recorder.note(0, 1, &command(0, 2), &read_second);
+    recorder.reborn(0);
+    hand_out_and_ring(&mut recorder, 2);
+    recorder.note(0, 2, &command(0, 3), &RawTimes { missed: 1, ..times(&recorder) });
+    let profile = finish(recorder);
+    let robot = &profile.robots[0];
+    assert_eq!(robot.cycles, 1);
+    assert_eq!(robot.missed_deadlines, 3, "of both lives");
+    let wake = robot.histograms.of(Span::Stage(Stage::Wake));
+    assert!(wake.equivalent(wake.min(), 1000) && wake.len() == 1);
+    let jitter = robot.histograms.of(Span::Jitter);
+    assert!(jitter.equivalent(jitter.min(), 300) && jitter.len() == 1, "none across lives");
+    // Robot 1's first packet was heard with tick 1, and its origin was known by then.
+    assert_eq!(robot.histograms.of(Span::Packet).len(), 1);
+}
