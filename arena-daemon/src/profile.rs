@@ -11,6 +11,7 @@ mod cycle_times;
 mod flight;
 mod histograms;
 mod interval_log;
+mod journal;
 mod recorder;
 mod totals;
 mod usage;
@@ -45,8 +46,8 @@ pub struct Profile {
     pub length: Duration,
     /// By index.
     pub robots: Vec<RobotProfile>,
-    /// Cycles that were left out because their stamps made no sense.
-    pub stamps_refused: u64,
+    /// Cycles that were left out: their stamps made no sense, or in real time the answer came several cycles late.
+    pub cycles_left_out: u64,
     /// Packets handed out whose way to the arena is not known, so that their latency is not: first words,
     /// packets that a fault delayed by several cycles, and those in a false name.
     pub packets_unknown: u64,

@@ -5,7 +5,7 @@
 //! work, the modeled air time and the wait for the next neighbor cycle, and does not count. The first part is one per
 //! packet, the second one per percept.
 
-use protocol::{packet::Packet, percept::Tick, robot_id::RobotId};
+use protocol::{packet::Packet, robot_id::RobotId};
 
 /// Packets of one sender that are remembered: the one that is in the air, and a few that faults delay.
 const REMEMBERED: usize = 4;
@@ -45,62 +45,11 @@ impl Origins {
     /// First part of a packet, if it is known: a first word, a packet delayed for long, or one in a false name
     /// has none.
     #[inline]
-    fn of(&self, packet: &Packet) -> Option<u32> {
+    pub(super) fn of(&self, packet: &Packet) -> Option<u32> {
         let sender = self.0.get(packet.sender.index as usize)?;
         let origin = sender.packets[packet.sequence as usize % REMEMBERED]?;
         let is_it = origin.sequence == packet.sequence && sender.incarnation == packet.sender.incarnation;
         is_it.then_some(origin.first_ns)
-    }
-}
-
-/// First parts of the packets in one robot's last percepts, until it has answered them.
-#[derive(Debug)]
-pub(super) struct Underway {
-    percepts: Vec<Heard>,
-    next: usize,
-}
-
-#[derive(Debug, Default)]
-struct Heard {
-    tick: Option<Tick>,
-    first_ns: Vec<u32>,
-}
-
-impl Underway {
-    /// Of the last `percepts` percepts.
-    pub(super) fn new(percepts: usize) -> Self {
-        let percepts = std::iter::repeat_with(Heard::default).take(percepts).collect();
-        Self { percepts, next: 0 }
-    }
-
-    /// The percept of `tick` with `packets` goes out. Returns how many of them have no known origin.
-    pub(super) fn note<'a>(
-        &mut self,
-        tick: Tick,
-        packets: impl Iterator<Item = &'a Packet>,
-        origins: &Origins,
-    ) -> usize {
-        let remembered = self.percepts.len();
-        let heard = &mut self.percepts[self.next];
-        self.next = (self.next + 1) % remembered;
-        heard.tick = Some(tick);
-        heard.first_ns.clear();
-        let mut unknown = 0;
-        heard.first_ns.extend(packets.filter_map(|packet| {
-            let origin = origins.of(packet);
-            unknown += usize::from(origin.is_none());
-            origin
-        }));
-        unknown
-    }
-
-    /// The percept of `tick` has been read: first parts of its packets, once.
-    pub(super) fn take(&mut self, tick: Tick) -> impl Iterator<Item = u32> {
-        let heard = self.percepts.iter_mut().find(|heard| heard.tick == Some(tick));
-        heard.into_iter().flat_map(|heard| {
-            heard.tick = None;
-            heard.first_ns.iter().copied()
-        })
     }
 }
 
@@ -127,21 +76,5 @@ mod tests {
         assert_eq!(origins.of(&packet(1, 0, 8)), None, "the life is over");
         origins.note(&packet(1, 1, 4), 6);
         assert_eq!(origins.of(&packet(1, 1, 0)), None, "so many packets later it is forgotten");
-    }
-
-    #[test]
-    fn a_percept_that_is_read_gives_its_packets_once() {
-        let mut origins = Origins::new(1);
-        origins.note(&packet(0, 0, 1), 10);
-        let mut underway = Underway::new(2);
-        let heard = [packet(0, 0, 1), packet(0, 0, 2), packet(0, 0, 1)];
-        for (tick, packets) in [(3, &heard[..]), (4, &heard[..1]), (5, &[])] {
-            let unknown = packets.iter().filter(|packet| packet.sequence == 2).count();
-            assert_eq!(underway.note(tick, packets.iter(), &origins), unknown);
-        }
-        let mut taken = |tick| underway.take(tick).collect::<Vec<_>>();
-        assert_eq!(taken(3), [0; 0], "two percepts later it is overwritten");
-        assert_eq!(taken(4), [10]);
-        assert_eq!(taken(4), [0; 0], "once");
     }
 }

@@ -80,7 +80,7 @@ impl Histograms {
         let _ = self.0[span.index()].record(ns);
     }
 
-    /// All stages of all `rows`, histogram by histogram: each is fetched from memory once.
+    /// All stages of all `rows`, histogram by histogram.
     pub(super) fn fold(&mut self, rows: &[CycleTimes]) {
         for stage in Stage::ALL {
             let span = Span::Stage(stage);

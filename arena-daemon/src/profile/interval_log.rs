@@ -101,7 +101,7 @@ mod tests {
             began: SystemTime::UNIX_EPOCH + Duration::from_millis(1_700_000_000_250),
             length: Duration::from_millis(1500),
             robots: vec![robot(5), robot(3_000_000_000)],
-            stamps_refused: 0,
+            cycles_left_out: 0,
             packets_unknown: 0,
         };
         let mut log = Vec::new();

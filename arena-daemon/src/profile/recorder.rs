@@ -1,11 +1,14 @@
 //! Takes what agents say about their cycles, checks it, and keeps it in histograms.
 //!
-//! A tick is not to be slowed down, so what comes is put aside ([`Recorder::note`]) and worked into the histograms
-//! while the agents are at the next cycle ([`Recorder::digest`]). Stages are gathered for [`ROWS`] cycles per robot
-//! before they are, robots taking turns, so that each histogram is fetched from memory once for all of them.
-//! Nothing is allocated once histograms have grown to what there is to measure.
+//! A tick is not to be slowed down, and a thousand robots' histograms are in no cache. So what comes is written to a
+//! [`Journal`] from front to back, and each robot's part of it is worked into its histograms for [`ROUNDS`] cycles at
+//! once, robots taking turns, while the agents are at the next cycle ([`Recorder::digest`]). Nothing is allocated
+//! once histograms and journal have grown to what there is to measure.
 
-use std::{fmt, time::SystemTime};
+use std::{
+    fmt,
+    time::{Duration, SystemTime},
+};
 
 use protocol::{
     command::Command,
@@ -18,16 +21,18 @@ use protocol::{
 use super::{
     ClockUsed, Profile, RobotProfile,
     cycle_times::{CycleTimes, Stage},
-    flight::{Origins, Underway},
+    flight::Origins,
     histograms::{Histograms, Span},
+    journal::{Answer, Journal, Round},
     usage::Usage,
 };
 use crate::process::Process;
 
-/// Cycles of a robot that are gathered before they go into its histograms.
-const ROWS: usize = 64;
-/// In real time an agent may answer a percept some cycles late: so many are remembered.
-const PERCEPTS_IN_REALTIME: usize = 4;
+/// Cycles of a robot that go into its histograms at once.
+const ROUNDS: usize = 32;
+/// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
+/// what is measured; in lock-step there is only one.
+const PERCEPTS_IN_REALTIME: Round = 4;
 
 /// Somebody who wants every cycle. Gets some of one robot at a time, in their order.
 pub type Observer = Box<dyn FnMut(&[CycleTimes])>;
@@ -39,13 +44,13 @@ pub struct Recorder {
     calibration: Calibration,
     /// Once all have joined.
     began: Option<Began>,
-    /// When the percepts of the last cycles were ready to be handed out.
-    handed_out: Vec<(Tick, Stamp)>,
-    next_hand_out: usize,
     rung: Stamp,
-    robots: Vec<Robot>,
+    journal: Journal,
     origins: Origins,
-    refused: u64,
+    robots: Vec<Robot>,
+    /// Used over and over.
+    rows: Vec<CycleTimes>,
+    left_out: u64,
     packets_unknown: u64,
     observer: Option<Observer>,
 }
@@ -58,30 +63,17 @@ struct Began {
 }
 
 /// What is kept of one robot, whatever life it is in.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Robot {
-    /// What has come since the last digest.
-    arrived: Option<Arrival>,
-    /// The cycle before, which lacks its last stage: the next command tells.
+    /// The first round that is not in the histograms.
+    next: Round,
+    /// The cycle before that, which lacks its last stage: the next answer tells.
     open: Option<Open>,
-    rows: Vec<CycleTimes>,
-    underway: Underway,
     histograms: Histograms,
     counts: u64,
     cycles: u64,
     missed: u32,
     missed_before: u64,
-    last_late_ns: Option<u32>,
-}
-
-/// A command's times that make sense.
-#[derive(Clone, Copy, Debug)]
-struct Arrival {
-    tick: Tick,
-    times: RawTimes,
-    wake_ns: u32,
-    /// From the hand-out until the percept was read; unknown if that is too long ago.
-    second_ns: Option<u64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -105,28 +97,24 @@ impl Recorder {
     /// For so many robots.
     pub fn new(robots: usize, mode: Mode) -> Self {
         let clock = Clock::of_this_machine();
-        let percepts = match mode {
-            Mode::Lockstep => 1,
-            Mode::Realtime => PERCEPTS_IN_REALTIME,
-        };
         Self {
             mode,
             clock,
             calibration: Calibration::begin(clock),
             began: None,
-            handed_out: vec![(BOOT_TICK, Stamp(0)); percepts],
-            next_hand_out: 0,
             rung: Stamp(0),
-            robots: (0..robots).map(|_| Robot::new(percepts)).collect(),
+            // Those that a robot's turn comes for, those that may still be answered, and the present one.
+            journal: Journal::new(robots, ROUNDS + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
-            refused: 0,
+            robots: (0..robots).map(|_| Robot::default()).collect(),
+            rows: Vec::with_capacity(ROUNDS),
+            left_out: 0,
             packets_unknown: 0,
             observer: None,
         }
     }
 
-    /// Has every cycle shown to `observer` too. What comes late in the run is shown when it is
-    /// [finished](Recorder::finish).
+    /// Has every cycle shown to `observer` too, some cycles later.
     pub fn observe(&mut self, observer: Observer) {
         self.observer = Some(observer);
     }
@@ -138,9 +126,15 @@ impl Recorder {
     }
 
     /// The percepts of `tick` are ready, and about to be handed out.
-    pub fn hand_out(&mut self, tick: Tick) {
-        self.handed_out[self.next_hand_out] = (tick, self.clock.now());
-        self.next_hand_out = (self.next_hand_out + 1) % self.handed_out.len();
+    pub fn begin_round(&mut self, tick: Tick) {
+        self.journal.begin(tick, self.clock.now());
+    }
+
+    /// Robot `index` is handed its percept.
+    pub fn hand_out(&mut self, index: usize, percept: &Percept) {
+        if self.began.is_some() && percept.tick != BOOT_TICK {
+            self.packets_unknown += self.journal.hand_out(index, percept, &self.origins) as u64;
+        }
     }
 
     /// The doorbell is about to be rung.
@@ -150,58 +144,49 @@ impl Recorder {
 
     /// The arena takes in `command` of robot `index` in answer to `tick`, with what its agent says about it.
     pub fn note(&mut self, index: usize, tick: Tick, command: &Command, times: &RawTimes) {
-        let Some(began) = self.began else { return };
-        let (now, rate) = (self.clock.now(), began.rate);
+        let Some(Began { rate, .. }) = self.began else { return };
+        let now = self.clock.now();
         // A first word ends no cycle; some agents measure nothing.
         if tick == BOOT_TICK || times.woke == 0 {
             return;
         }
-        let (received, decided) = (times.received(), times.decided());
-        let handed_out = self.handed_out.iter().find(|out| out.0 == tick).map(|out| out.1);
+        let Some((round, handed_out)) = self.journal.handed_out(tick, self.percepts()) else {
+            self.left_out += 1;
+            return;
+        };
         let wake_ns = match self.mode {
             Mode::Lockstep => Stamp(times.woke).since(self.rung).map(|counts| narrow(rate.ns(counts))),
             Mode::Realtime => Some(times.late_ns),
         };
-        let not_before = handed_out.unwrap_or(began.at);
-        let (Some(waited), Some(wake_ns), Some(under_way)) =
-            (received.since(not_before), wake_ns, now.since(decided))
-        else {
-            // What the next command tells of publishing is about this cycle, and not about the last good one.
-            self.settle(index, began);
-            self.robots[index].open = None;
-            self.refused += 1;
+        let (second, first) = (times.received().since(handed_out), now.since(times.decided()));
+        let (Some(second), Some(first), Some(wake_ns)) = (second, first, wake_ns) else {
+            // What makes no sense. What the next answer tells of publishing is about this cycle, which its
+            // robot does not get: so neither does it get that.
+            self.left_out += 1;
+            let broken = Answer { tick, wake_ns: 0, second_ns: 0, times: RawTimes::default() };
+            self.journal.note(index, round, broken);
             return;
         };
-        self.origins.note(&command.packet, narrow(rate.ns(under_way)));
-        if self.robots[index].arrived.is_some() {
-            // Two in one cycle, which only real time has.
-            self.settle(index, began);
-        }
-        let second_ns = handed_out.map(|_| rate.ns(waited));
-        self.robots[index].arrived = Some(Arrival { tick, times: *times, wake_ns, second_ns });
+        self.origins.note(&command.packet, narrow(rate.ns(first)));
+        let second_ns = narrow(rate.ns(second));
+        self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
 
-    /// Works in what has come, and remembers what the robots of `present` hear by `percepts`. Best done while
-    /// the agents are at work.
-    pub fn digest(&mut self, percepts: &[Percept], present: &[usize]) {
-        let Some(began) = self.began else { return };
-        for &index in present {
-            self.settle(index, began);
-            let percept = &percepts[index];
-            let packets = percept.deliveries.iter().map(|delivery| &delivery.packet);
-            let unknown = self.robots[index].underway.note(percept.tick, packets, &self.origins);
-            self.packets_unknown += unknown as u64;
+    /// Works in what has come of those robots whose turn it is. Best done while the agents are at work.
+    pub fn digest(&mut self) {
+        let whole = self.journal.rounds().saturating_sub(self.percepts());
+        let some = self.robots.len().div_ceil(ROUNDS);
+        let first = (self.journal.rounds() % ROUNDS as u64) as usize * some;
+        for index in first..(first + some).min(self.robots.len()) {
+            self.work_in(index, whole);
         }
     }
 
     /// Robot `index` begins a new life.
     pub fn reborn(&mut self, index: usize) {
-        if let Some(began) = self.began {
-            self.settle(index, began);
-        }
+        self.work_in(index, self.journal.rounds());
         let robot = &mut self.robots[index];
         robot.open = None;
-        robot.last_late_ns = None;
         robot.missed_before += u64::from(std::mem::take(&mut robot.missed));
     }
 
@@ -209,8 +194,7 @@ impl Recorder {
     pub fn finish(mut self, processes: impl IntoIterator<Item = Option<Process>>) -> Option<Profile> {
         let began = self.began?;
         for index in 0..self.robots.len() {
-            self.settle(index, began);
-            self.fold(index);
+            self.work_in(index, self.journal.rounds());
         }
         let length = began.rate.ns(self.clock.now().since(began.at)?);
         let robots = self.robots.into_iter().zip(processes).map(|(robot, process)| RobotProfile {
@@ -225,78 +209,87 @@ impl Recorder {
             hardware_counters: "none".into(),
             mode: self.mode,
             began: began.at_time,
-            length: std::time::Duration::from_nanos(length),
+            length: Duration::from_nanos(length),
             robots: robots.collect(),
-            stamps_refused: self.refused,
+            cycles_left_out: self.left_out,
             packets_unknown: self.packets_unknown,
         })
     }
 
-    /// Works in what has come of robot `index`.
-    fn settle(&mut self, index: usize, began: Began) {
-        let (robot, rate) = (&mut self.robots[index], began.rate);
-        let Some(Arrival { tick, times, wake_ns, second_ns }) = robot.arrived.take() else { return };
-        if let Some(second_ns) = second_ns {
-            for first_ns in robot.underway.take(tick) {
-                robot.histograms.record(Span::Packet, u64::from(first_ns) + second_ns);
-            }
-        }
-        robot.missed = robot.missed.max(times.missed);
-        if let Some(last_ns) = robot.last_late_ns.filter(|_| self.mode == Mode::Realtime) {
-            robot.histograms.record(Span::Jitter, wake_ns.abs_diff(last_ns).into());
-        }
-        robot.last_late_ns = Some(wake_ns);
-        let ns = |counts: u32| narrow(rate.ns(counts.into()));
-        let before = robot.open.take();
-        let woke_ns = rate.ns(Stamp(times.woke).since(began.at).unwrap_or(0));
-        let stages = [times.receive, times.neighbors, times.cell, times.truncation, times.centroid];
-        let mut row = CycleTimes { robot: index as u32, tick, woke_ns, stages_ns: [0; Stage::ALL.len()] };
-        row.stages_ns[Stage::Wake as usize] = wake_ns;
-        for (slot, counts) in row.stages_ns[Stage::Receive as usize..].iter_mut().zip(stages) {
-            *slot = ns(counts);
-        }
-        robot.open = Some(Open { row, woke: Stamp(times.woke), decided: times.decided() });
-        let Some(Open { row: mut whole, woke, decided }) = before else { return };
-        let published = Stamp(decided.0.saturating_add(times.publish_before.into()));
-        let Some(counts) = published.since(woke).filter(|_| published.0 <= times.woke) else {
-            self.refused += 1;
-            return;
-        };
-        whole.stages_ns[Stage::Publish as usize] = ns(times.publish_before);
-        robot.rows.push(whole);
-        robot.counts += counts;
-        robot.cycles += 1;
-        // Robots take turns.
-        if (robot.cycles as usize + index).is_multiple_of(ROWS) {
-            self.fold(index);
+    /// Percepts that may be unanswered at the same time.
+    fn percepts(&self) -> Round {
+        match self.mode {
+            Mode::Lockstep => 1,
+            Mode::Realtime => PERCEPTS_IN_REALTIME,
         }
     }
 
-    /// Moves the cycles that have been gathered of robot `index` into its histograms.
-    fn fold(&mut self, index: usize) {
-        let Robot { rows, histograms, .. } = &mut self.robots[index];
-        histograms.fold(rows);
-        if let Some(observer) = &mut self.observer {
-            observer(rows);
+    /// Works what robot `index` has answered before round `until` into its histograms.
+    fn work_in(&mut self, index: usize, until: Round) {
+        let Some(began) = self.began else { return };
+        let robot = &mut self.robots[index];
+        let rounds = robot.next..until.max(robot.next);
+        robot.next = rounds.end;
+        for round in rounds {
+            let Some((answer, first_ns)) = self.journal.read(index, round) else { continue };
+            if answer.times.woke == 0 {
+                robot.open = None;
+                continue;
+            }
+            for &first_ns in first_ns {
+                let ns = u64::from(first_ns) + u64::from(answer.second_ns);
+                robot.histograms.record(Span::Packet, ns);
+            }
+            match robot.answered(index, answer, began) {
+                Ok(None) => {}
+                Ok(Some(row)) => {
+                    if self.mode == Mode::Realtime {
+                        let jitter_ns = answer.wake_ns.abs_diff(row.stage_ns(Stage::Wake));
+                        robot.histograms.record(Span::Jitter, jitter_ns.into());
+                    }
+                    self.rows.push(row);
+                }
+                Err(NoSense) => self.left_out += 1,
+            }
         }
-        rows.clear();
+        robot.histograms.fold(&self.rows);
+        if let Some(observer) = self.observer.as_mut().filter(|_| !self.rows.is_empty()) {
+            observer(&self.rows);
+        }
+        self.rows.clear();
     }
 }
 
+/// Stamps that contradict each other.
+struct NoSense;
+
 impl Robot {
-    fn new(percepts: usize) -> Self {
-        Self {
-            arrived: None,
-            open: None,
-            rows: Vec::with_capacity(ROWS),
-            underway: Underway::new(percepts),
-            histograms: Histograms::default(),
-            counts: 0,
-            cycles: 0,
-            missed: 0,
-            missed_before: 0,
-            last_late_ns: None,
-        }
+    /// Takes in one answer, which ends the cycle before its own: returns that, if there was one.
+    fn answered(
+        &mut self,
+        index: usize,
+        answer: &Answer,
+        Began { at, rate, .. }: Began,
+    ) -> Result<Option<CycleTimes>, NoSense> {
+        let Answer { tick, wake_ns, times, .. } = *answer;
+        self.missed = self.missed.max(times.missed);
+        let ns = |counts: u32| narrow(rate.ns(counts.into()));
+        let [receive, neighbors, cell, truncation, centroid] =
+            [times.receive, times.neighbors, times.cell, times.truncation, times.centroid].map(ns);
+        let row = CycleTimes {
+            robot: index as u32,
+            tick,
+            woke_ns: rate.ns(Stamp(times.woke).since(at).unwrap_or(0)),
+            stages_ns: [wake_ns, receive, neighbors, cell, truncation, centroid, 0],
+        };
+        let open = Open { row, woke: Stamp(times.woke), decided: times.decided() };
+        let Some(Open { row: mut whole, woke, decided }) = self.open.replace(open) else { return Ok(None) };
+        let published = Stamp(decided.0.saturating_add(times.publish_before.into()));
+        let counts = published.since(woke).filter(|_| published.0 <= times.woke).ok_or(NoSense)?;
+        whole.stages_ns[Stage::Publish as usize] = ns(times.publish_before);
+        self.counts += counts;
+        self.cycles += 1;
+        Ok(Some(whole))
     }
 }
 

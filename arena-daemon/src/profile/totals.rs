@@ -1,6 +1,6 @@
 //! The object `agents` of `summary.json`: all agents in a few numbers.
 
-use protocol::{cycles::Source, setup::Mode};
+use protocol::cycles::Source;
 use serde::Serialize;
 
 use super::{
@@ -30,8 +30,8 @@ pub struct Totals {
     pub packets: u64,
     /// Packets handed out whose latency is not known.
     pub packets_unknown: u64,
-    /// Cycles left out because their stamps made no sense.
-    pub stamps_refused: u64,
+    /// Cycles left out: their stamps made no sense, or in real time the answer came several cycles late.
+    pub cycles_left_out: u64,
     /// In real time: timer periods that went by without a cycle.
     pub missed_deadlines: u64,
     /// Reference cycles of the processor per whole cycle, on average; `null` if the clock does not count them.
@@ -87,11 +87,11 @@ impl Totals {
             stages_us: StagesUs::of(&all),
             cycle_us: spread(Span::Cycle),
             packet_latency_us: spread(Span::Packet),
-            period_jitter_us: spread(Span::Jitter).filter(|_| profile.mode == Mode::Realtime),
+            period_jitter_us: spread(Span::Jitter),
             cycles,
             packets: all.of(Span::Packet).len(),
             packets_unknown: profile.packets_unknown,
-            stamps_refused: profile.stamps_refused,
+            cycles_left_out: profile.cycles_left_out,
             missed_deadlines: sum(|robot| robot.missed_deadlines),
             reference_cycles_per_cycle: (profile.clock.source == Source::Tsc && cycles > 0)
                 .then(|| sum(|robot| robot.counts) as f64 / cycles as f64),

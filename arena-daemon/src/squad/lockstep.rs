@@ -149,13 +149,13 @@ impl Squad for Lockstep {
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         answers.fill(None);
-        self.members.recorder.iter_mut().for_each(|recorder| recorder.hand_out(tick));
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
         let present = self.members.send(percepts)?;
         self.members.doorbell.expect(present.len() as u32);
         self.members.recorder.iter_mut().for_each(Recorder::ring);
         self.members.doorbell.ring();
         // While they are at work.
-        self.members.recorder.iter_mut().for_each(|recorder| recorder.digest(percepts, &present));
+        self.members.recorder.iter_mut().for_each(Recorder::digest);
         self.await_answers(present, tick, answers)?;
         self.members.welcome(tick, answers)
     }

@@ -295,6 +295,9 @@ impl Members {
         for (index, (member, percept)) in self.members.iter_mut().zip(percepts).enumerate() {
             if let (Presence::Present, Some(ports)) = (member.presence, &mut member.ports) {
                 ports.send(percept, &mut self.frames)?;
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.hand_out(index, percept);
+                }
                 present.push(index);
             }
         }

@@ -13,7 +13,10 @@ use super::{
     Answers, Incident, Squad, SquadError, Standing,
     members::{Heard, Hosting, Members},
 };
-use crate::{profile::Profile, stop::StopFlag};
+use crate::{
+    profile::{Profile, Recorder},
+    stop::StopFlag,
+};
 
 /// A command stands for this many neighbor cycles if no newer one comes: agents' timers drift
 /// against the arena's, so that a cycle may see no command of an agent and the next one two. After
@@ -121,10 +124,10 @@ impl Squad for Realtime {
         self.tick = tick;
         self.forgive_own_absence();
         answers.fill(None);
-        self.members.recorder.iter_mut().for_each(|recorder| recorder.hand_out(tick));
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
         let present = self.members.send(percepts)?;
         self.members.doorbell.ring();
-        self.members.recorder.iter_mut().for_each(|recorder| recorder.digest(percepts, &present));
+        self.members.recorder.iter_mut().for_each(Recorder::digest);
         for index in present {
             self.hear(index, tick)?;
             let Some(latest) = self.latest[index] else { continue };

@@ -1,0 +1,182 @@
+//! The last cycles of all robots, written from front to back, so that a tick is not slowed down by it.
+//!
+//! What each robot needs of it is read much later and for many cycles at once. By then nothing of it is in the
+//! caches, but all of it can be fetched together.
+
+use protocol::{
+    cycles::Stamp,
+    percept::{Percept, Tick},
+    raw::{BOOT_TICK, RawTimes},
+};
+
+use super::flight::Origins;
+
+/// Cycles as the arena counts them: how often it has handed percepts out before.
+pub(super) type Round = u64;
+
+/// A ring of rounds.
+#[derive(Debug)]
+pub(super) struct Journal {
+    pages: Vec<Page>,
+    /// Rounds that have begun.
+    rounds: Round,
+}
+
+/// One round.
+#[derive(Clone, Debug)]
+struct Page {
+    tick: Tick,
+    handed_out: Stamp,
+    /// First parts of the packets that are handed out, robot by robot.
+    first_ns: Vec<u32>,
+    /// Which of them a robot gets; of this round only if the tick is.
+    heard: Vec<Heard>,
+    /// What it answers; of this round only if the tick is.
+    answers: Vec<Answer>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    tick: Tick,
+    begin: u32,
+    end: u32,
+}
+
+/// What one agent says about its cycle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer {
+    /// Whose percept it answers.
+    pub(super) tick: Tick,
+    /// From ring or deadline until it ran.
+    pub(super) wake_ns: u32,
+    /// From the hand-out until it had read its percept.
+    pub(super) second_ns: u32,
+    /// The rest.
+    pub(super) times: RawTimes,
+}
+
+impl Journal {
+    /// Keeps so many rounds.
+    pub(super) fn new(robots: usize, rounds: usize) -> Self {
+        let heard = vec![Heard { tick: BOOT_TICK, begin: 0, end: 0 }; robots];
+        let answer = Answer { tick: BOOT_TICK, wake_ns: 0, second_ns: 0, times: RawTimes::default() };
+        let page = Page {
+            tick: BOOT_TICK,
+            handed_out: Stamp(0),
+            first_ns: Vec::new(),
+            heard,
+            answers: vec![answer; robots],
+        };
+        Self { pages: vec![page; rounds], rounds: 0 }
+    }
+
+    /// Rounds that have begun.
+    pub(super) fn rounds(&self) -> Round {
+        self.rounds
+    }
+
+    /// Another round begins, that of `tick`.
+    pub(super) fn begin(&mut self, tick: Tick, handed_out: Stamp) {
+        let at = self.place(self.rounds);
+        self.rounds += 1;
+        let page = &mut self.pages[at];
+        (page.tick, page.handed_out) = (tick, handed_out);
+        page.first_ns.clear();
+    }
+
+    /// Robot `index` gets `percept` in the present round. Returns how many of its packets have no known origin.
+    pub(super) fn hand_out(&mut self, index: usize, percept: &Percept, origins: &Origins) -> usize {
+        let at = self.place(self.rounds.saturating_sub(1));
+        let page = &mut self.pages[at];
+        let begin = page.first_ns.len();
+        let deliveries = &percept.deliveries;
+        page.first_ns.extend(deliveries.iter().filter_map(|heard| origins.of(&heard.packet)));
+        let end = page.first_ns.len();
+        page.heard[index] = Heard { tick: page.tick, begin: begin as u32, end: end as u32 };
+        deliveries.len() - (end - begin)
+    }
+
+    /// When the percepts of `tick` were handed out, if that is one of the last `within` rounds.
+    pub(super) fn handed_out(&self, tick: Tick, within: Round) -> Option<(Round, Stamp)> {
+        let rounds = self.rounds.saturating_sub(within)..self.rounds;
+        let page = |round| (round, &self.pages[self.place(round)]);
+        rounds
+            .rev()
+            .map(page)
+            .find(|(_, page)| page.tick == tick)
+            .map(|(round, page)| (round, page.handed_out))
+    }
+
+    /// Robot `index` answers in `round`.
+    pub(super) fn note(&mut self, index: usize, round: Round, answer: Answer) {
+        let at = self.place(round);
+        self.pages[at].answers[index] = answer;
+    }
+
+    /// What robot `index` answered in `round`, and the first parts of the packets it had heard.
+    pub(super) fn read(&self, index: usize, round: Round) -> Option<(&Answer, &[u32])> {
+        let page = &self.pages[self.place(round)];
+        let (answer, heard) = (&page.answers[index], page.heard[index]);
+        let packets = || &page.first_ns[heard.begin as usize..heard.end as usize];
+        (answer.tick == page.tick).then(|| (answer, if heard.tick == page.tick { packets() } else { &[] }))
+    }
+
+    fn place(&self, round: Round) -> usize {
+        (round % self.pages.len() as u64) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::{
+        packet::Packet,
+        percept::Delivery,
+        robot_id::RobotId,
+        units::{Meters, Radians},
+    };
+
+    use super::*;
+
+    fn percept(tick: Tick, sequences: &[u32]) -> Percept {
+        let mut percept = Percept::empty(tick);
+        percept.deliveries = sequences
+            .iter()
+            .map(|&sequence| Delivery {
+                packet: Packet { sender: RobotId::first(0), sequence, light: 0.0 },
+                range: Meters::new(1.0).unwrap(),
+                bearing: Radians::new(0.0).unwrap(),
+                orientation: Radians::new(0.0).unwrap(),
+            })
+            .collect();
+        percept
+    }
+
+    fn answer(tick: Tick) -> Answer {
+        Answer { tick, wake_ns: 1, second_ns: 2, times: RawTimes::default() }
+    }
+
+    #[test]
+    fn what_was_heard_and_answered_in_a_round_is_found_until_the_ring_is_through() {
+        let mut origins = Origins::new(1);
+        origins.note(&percept(0, &[5]).deliveries[0].packet, 50);
+        let mut journal = Journal::new(2, 3);
+        journal.begin(10, Stamp(100));
+        assert_eq!(journal.hand_out(0, &percept(10, &[5, 6, 5]), &origins), 1, "one is unknown");
+        assert_eq!(journal.hand_out(1, &percept(10, &[5]), &origins), 0);
+        journal.begin(12, Stamp(200));
+        assert_eq!(journal.hand_out(0, &percept(12, &[]), &origins), 0);
+        assert_eq!(journal.handed_out(10, 2), Some((0, Stamp(100))));
+        assert_eq!(journal.handed_out(10, 1), None, "that long ago does not count");
+        assert_eq!(journal.handed_out(11, 2), None);
+        journal.note(0, 0, answer(10));
+        journal.note(1, 1, answer(12));
+        let packets =
+            |journal: &Journal, index, round| journal.read(index, round).map(|read| read.1.to_vec());
+        assert_eq!(packets(&journal, 0, 0), Some(vec![50, 50]));
+        assert_eq!(packets(&journal, 1, 0), None, "it has not answered");
+        assert_eq!(packets(&journal, 1, 1), Some(vec![]), "it answered a percept that it was not given");
+        (13..15).for_each(|tick| journal.begin(tick, Stamp(300)));
+        assert_eq!(packets(&journal, 0, 3), None, "in the place of round 0");
+        assert_eq!(journal.rounds(), 4);
+    }
+}
