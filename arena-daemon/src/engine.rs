@@ -12,6 +12,7 @@ use hdrhistogram::Histogram;
 use protocol::{command::Command, setup::Mode};
 
 use crate::{
+    cores::Cores,
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
     profile::Totals,
@@ -32,6 +33,8 @@ pub struct Plan {
     pub speed: Option<f64>,
     /// What if real time cannot be kept.
     pub overload: Overload,
+    /// Whether the arena may use all cores: it is the only one at work.
+    pub shares: bool,
     /// No progress on standard error.
     pub quiet: bool,
 }
@@ -68,6 +71,7 @@ pub fn run(
         stop,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
+        cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
         lag: None,
         // Three digits from a nanosecond to an hour.
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
@@ -108,6 +112,7 @@ struct Run<'a> {
     stop: &'a StopFlag,
     converged_at_s: Option<f64>,
     recovery: Recovery,
+    cores: Cores,
     /// In real time, how it went with the wall clock.
     lag: Option<Lag>,
     tick_ns: Histogram<u64>,
@@ -191,7 +196,7 @@ impl Run<'_> {
         let began = Instant::now();
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
-        if let Some(percepts) = self.arena.tick(&self.answers) {
+        if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
         self.tick_ns.saturating_record(began.elapsed().as_nanos() as u64);

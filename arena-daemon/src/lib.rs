@@ -6,6 +6,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod cores;
 pub mod engine;
 pub mod link;
 pub mod options;

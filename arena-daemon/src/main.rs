@@ -130,6 +130,7 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
         mode,
         speed: cli.run.speed,
         overload: cli.run.overload,
+        shares: true,
         quiet: cli.run.quiet,
     };
     engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, &mut engine::content)

@@ -92,7 +92,14 @@ pub fn play(
     };
     let start = positions(&arena);
     let mut watch = Watch::new(scenario.sample_every_ticks());
-    let plan = Plan { engine, mode: Mode::Lockstep, speed: None, overload: Overload::Report, quiet: true };
+    let plan = Plan {
+        engine,
+        mode: Mode::Lockstep,
+        speed: None,
+        overload: Overload::Report,
+        shares: false,
+        quiet: true,
+    };
     let nowhere = Outputs::begin(None, scenario).context("a trial writes nothing")?;
     let summary = engine::run(scenario, &mut arena, squad, plan, nowhere, stop, &mut |arena, answers| {
         watch.look(arena, answers);

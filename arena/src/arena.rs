@@ -21,6 +21,7 @@ use crate::{
     fault::{FaultPlan, Passage, Strike, ledger::Line},
     field::Field,
     frame::Pose,
+    hands::{Alone, Hands},
     hearing::Hearing,
     light::LightSensors,
     measurement::Measurement,
@@ -32,6 +33,14 @@ use crate::{
     scenario::Scenario,
     voronoi::walls_around,
     world::World,
+};
+
+/// What fills room for measurements to come.
+const NOTHING_HEARD: Delivery = Delivery {
+    packet: Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 },
+    range: Meters::new(0.0).expect("zero is a length"),
+    bearing: Radians::new(0.0).expect("zero is an angle"),
+    orientation: Radians::new(0.0).expect("zero is an angle"),
 };
 
 /// The physical world, the infrared medium, the lamps and the fault plan of one run.
@@ -64,6 +73,8 @@ pub struct Arena {
     said: Vec<Option<Packet>>,
     /// What the channel lets through in this tick.
     receptions: Vec<Reception>,
+    /// The same as their receivers measure them.
+    measured: Vec<Delivery>,
     packets: Packets,
     heard: Vec<u64>,
     digest: Digest,
@@ -93,6 +104,7 @@ impl Arena {
             percepts: vec![Percept::empty(0); robots],
             said: Vec::new(),
             receptions: Vec::new(),
+            measured: Vec::new(),
             packets: Packets::default(),
             heard: vec![0; robots],
             digest: Digest::default(),
@@ -115,12 +127,17 @@ impl Arena {
     /// percept (or, at first, the command given at boot), or `None` from a robot whose agent is
     /// silent. A silent robot stands still, says nothing and hears nothing.
     pub fn tick(&mut self, answers: &[Option<Command>]) -> Option<&[Percept]> {
+        self.tick_by(&Alone, answers)
+    }
+
+    /// The same with `hands` that share the work.
+    pub fn tick_by(&mut self, hands: &impl Hands, answers: &[Option<Command>]) -> Option<&[Percept]> {
         assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
         let tick = self.next_tick();
         self.take_in(tick, answers);
         self.move_bodies(tick);
         self.tick = Some(tick);
-        self.play_channel(tick);
+        self.play_channel(hands, tick);
         let begins_cycle = self.scenario.begins_cycle(tick);
         if begins_cycle {
             for robot in 0..self.percepts.len() {
@@ -260,7 +277,7 @@ impl Arena {
 
     /// Packets fly: what the channel lets through meets the fault plan, and what is left is
     /// measured and put into the receiver's inbox, now or later.
-    fn play_channel(&mut self, tick: Tick) {
+    fn play_channel(&mut self, hands: &impl Hands, tick: Tick) {
         let (mut said, mut receptions) = (mem::take(&mut self.said), mem::take(&mut self.receptions));
         said.clear();
         said.extend(self.commands.iter().map(|command| command.map(|command| command.packet)));
@@ -269,16 +286,19 @@ impl Arena {
         let moment = Moment { tick, cycle, time_s, poses: self.world.poses(), said: &said };
         let plan = &mut self.plan;
         let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet);
-        self.channel.play(&moment, &mut self.packets, &mut transmit, &mut receptions);
+        self.channel.play(hands, &moment, &mut self.packets, &mut transmit, &mut receptions);
+        self.measure(hands, &receptions);
         for (robot, said) in said.iter().enumerate() {
             if said.is_none() {
                 self.inboxes[robot].clear();
             }
         }
         self.arrive_late(tick, &said);
-        for reception in &receptions {
-            self.receive(tick, reception);
+        let measured = mem::take(&mut self.measured);
+        for (reception, measured) in receptions.iter().zip(&measured) {
+            self.receive(tick, reception, measured);
         }
+        self.measured = measured;
         (self.said, self.receptions) = (said, receptions);
     }
 
@@ -296,10 +316,9 @@ impl Arena {
     }
 
     /// What the channel has let through meets the plan; most of the time there is nothing to meet.
-    fn receive(&mut self, tick: Tick, reception: &Reception) {
+    fn receive(&mut self, tick: Tick, reception: &Reception, measured: &Delivery) {
         if self.plan.is_idle() {
-            let delivery = self.measured(reception, reception.packet);
-            return self.put(reception.receiver, delivery);
+            return self.put(reception.receiver, *measured);
         }
         let receiver_at = self.world.poses()[reception.receiver as usize].position;
         let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at);
@@ -308,7 +327,7 @@ impl Arena {
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
         self.packets.lost_fault += lost;
         for (packet, late) in arrivals {
-            let delivery = self.measured(reception, packet);
+            let delivery = Delivery { packet, ..*measured };
             if late == 0 {
                 self.packets.heard += 1;
                 self.put(reception.receiver, delivery);
@@ -320,12 +339,20 @@ impl Arena {
         }
     }
 
-    /// The reception as its receiver measures it, saying `packet` by now.
-    fn measured(&self, reception: &Reception, packet: Packet) -> Delivery {
-        let Reception { sender, receiver, number, .. } = *reception;
-        let (poses, seed) = (self.world.poses(), self.scenario.seed);
-        let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
-        self.measurement.of(packet, &poses[sender as usize], &poses[receiver as usize], draws)
+    /// What the channel has let through, as its receivers measure it.
+    fn measure(&mut self, hands: &impl Hands, receptions: &[Reception]) {
+        let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed, &self.measurement);
+        let measured = |reception: &Reception| {
+            let Reception { sender, receiver, number, packet } = *reception;
+            let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
+            measurement.of(packet, &poses[sender as usize], &poses[receiver as usize], draws)
+        };
+        self.measured.resize(receptions.len(), NOTHING_HEARD);
+        hands.share(&mut self.measured, |first, deliveries| {
+            for (slot, reception) in deliveries.iter_mut().zip(&receptions[first..]) {
+                *slot = measured(reception);
+            }
+        });
     }
 
     fn put(&mut self, receiver: u32, delivery: Delivery) {

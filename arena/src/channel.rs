@@ -19,6 +19,7 @@ pub use air::Crowding;
 
 use crate::{
     frame::Pose,
+    hands::Hands,
     lists::Lists,
     packets::Packets,
     random::{Draws, Purpose},
@@ -60,6 +61,8 @@ pub struct Reception {
 #[derive(Clone, Debug)]
 pub struct Channel {
     reach: Reach,
+    /// Pairs of robots that were looked at.
+    examined: u64,
     medium: Medium,
     loss: f64,
     seed: u64,
@@ -82,6 +85,7 @@ impl Channel {
         };
         Self {
             reach: Reach::new(scenario),
+            examined: 0,
             medium,
             loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
             seed: scenario.seed,
@@ -89,23 +93,25 @@ impl Channel {
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
-    /// may change it. Receptions are written over `received`, in the order of receivers, then of time.
+    /// may change it. `hands` share what can be shared. Receptions are written over `received`, in the order of receivers, then of time.
     pub fn play(
         &mut self,
+        hands: &impl Hands,
         moment: &Moment<'_>,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
         received: &mut Vec<Reception>,
     ) {
         received.clear();
-        match &mut self.medium {
+        self.examined += match &mut self.medium {
             Medium::Instant(instant) => {
-                if let Some(cycle) = moment.cycle {
-                    instant.play(&mut self.reach, moment, cycle, packets, transmit, received);
+                if moment.cycle.is_some() {
+                    self.reach.look(moment.poses, |robot| moment.said[robot].is_some());
                 }
+                instant.play(hands, &self.reach, moment, packets, transmit, received)
             }
             Medium::Timed(air) => air.play(&mut self.reach, moment, packets, transmit, received),
-        }
+        };
         if self.loss > 0.0 {
             let before = received.len();
             received.retain(|reception| {
@@ -128,7 +134,7 @@ impl Channel {
 
     /// Pairs of robots that were looked at: what a tick costs.
     pub fn examined(&self) -> u64 {
-        self.reach.examined()
+        self.examined
     }
 }
 
@@ -139,28 +145,38 @@ struct Instant {
     /// (receiver, sender)
     flights: Vec<(usize, usize)>,
     senders: Lists,
-    reached: Reached,
+    /// By sender.
+    reached: Vec<Reached>,
 }
 
 impl Instant {
+    /// Returns how many pairs were looked at.
     fn play(
         &mut self,
-        reach: &mut Reach,
+        hands: &impl Hands,
+        reach: &Reach,
         moment: &Moment<'_>,
-        cycle: u64,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
         received: &mut Vec<Reception>,
-    ) {
+    ) -> u64 {
+        let Some(cycle) = moment.cycle else { return 0 };
         let Self { spoken, flights, senders, reached } = self;
-        reach.look(moment.poses, |robot| moment.said[robot].is_some());
+        reached.resize_with(moment.said.len(), Reached::default);
+        hands.share(reached, |first, reached| {
+            for (sender, reached) in (first..).zip(reached) {
+                match moment.said[sender] {
+                    Some(_) => reach.of(sender as u32, cycle, reached),
+                    None => reached.clear(),
+                }
+            }
+        });
         spoken.clear();
         spoken.extend_from_slice(moment.said);
         flights.clear();
-        for (sender, spoken) in spoken.iter_mut().enumerate() {
+        for (sender, (spoken, reached)) in spoken.iter_mut().zip(&*reached).enumerate() {
             let Some(packet) = spoken else { continue };
             *packet = transmit(sender as u32, *packet);
-            reach.of(sender as u32, cycle, reached);
             packets.sent += 1;
             packets.in_range += reached.in_range();
             packets.lost_range += reach.listeners() - 1 - reached.in_range();
@@ -175,5 +191,6 @@ impl Instant {
                 Some(Reception { sender: sender as u32, receiver, number: cycle, packet })
             }));
         }
+        reached.iter().map(|reached| u64::from(reached.examined)).sum()
     }
 }

@@ -14,6 +14,7 @@ pub mod fault;
 pub mod field;
 pub mod frame;
 mod grid;
+pub mod hands;
 pub mod hearing;
 pub mod light;
 pub mod lists;

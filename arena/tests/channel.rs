@@ -5,6 +5,7 @@
 use arena::{
     channel::{Channel, Moment, Reception, closed_form::delivered_share},
     frame::{ArenaPoint, Pose},
+    hands::Alone,
     packets::Packets,
     scenario::{Override, Scenario},
 };
@@ -35,7 +36,7 @@ fn play(channel: &mut Channel, robots: usize, cycles: u64, mut heard: impl FnMut
     let (mut packets, mut received) = (Packets::default(), Vec::new());
     for tick in 0..cycles {
         let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &poses, said: &said };
-        channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut received);
+        channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
         heard(&received);
         packets.check().unwrap();
     }
@@ -241,7 +242,7 @@ fn packets_meet_across_the_borders_of_cycles_and_ticks() {
         for tick in 0..=ticks {
             let time_s = tick as f64 * step_s;
             let moment = Moment { tick, cycle: None, time_s, poses: &poses, said: &said };
-            channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut heard);
+            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
             all.extend(heard.iter().map(|heard| (heard.number, heard.sender, heard.receiver)));
         }
         all.sort_unstable();
@@ -270,7 +271,7 @@ fn the_cost_of_a_tick_grows_with_packets_heard_and_not_with_pairs() {
             for tick in 0..4 {
                 let time_s = tick as f64 * 0.25;
                 let moment = Moment { tick, cycle: Some(tick), time_s, poses: &poses, said: &said };
-                channel.play(&moment, &mut packets, &mut |_, packet| packet, &mut heard);
+                channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
             }
             channel.examined() as f64 / packets.in_range as f64
         };

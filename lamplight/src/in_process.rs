@@ -20,6 +20,8 @@ use protocol::setup::Mode;
 pub(crate) struct Pace {
     /// Cap on virtual over real time.
     pub(crate) speed: Option<f64>,
+    /// Whether the arena may use all cores.
+    pub(crate) shares: bool,
     /// No progress on standard error.
     pub(crate) quiet: bool,
 }
@@ -28,14 +30,14 @@ pub(crate) struct Pace {
 pub(crate) fn run(
     scenario: &Scenario,
     arena: &mut Arena,
-    Pace { speed, quiet }: Pace,
+    Pace { speed, shares, quiet }: Pace,
     outputs: Outputs,
     stop: &StopFlag,
     observer: &mut Observer<'_>,
 ) -> anyhow::Result<Summary> {
     let mode = Mode::Lockstep;
     let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
-    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, quiet };
+    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, quiet };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 
@@ -47,7 +49,7 @@ pub(crate) fn run_quietly(
 ) -> anyhow::Result<Summary> {
     guarded(|| {
         let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
-        run(scenario, &mut arena, Pace { speed: None, quiet: true }, outputs, stop, observer)
+        run(scenario, &mut arena, Pace { speed: None, shares: false, quiet: true }, outputs, stop, observer)
     })
 }
 

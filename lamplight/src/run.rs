@@ -153,7 +153,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
-    let pace = Pace { speed: options.speed, quiet: options.quiet };
+    let pace = Pace { speed: options.speed, shares: true, quiet: options.quiet };
     let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content)
         .map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })

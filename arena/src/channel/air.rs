@@ -153,6 +153,7 @@ impl Air {
     }
 
     /// Plays the air up to `moment`: packets that start go up, packets that end come down.
+    /// Returns how many pairs of robots were looked at.
     pub(super) fn play(
         &mut self,
         reach: &mut Reach,
@@ -160,11 +161,14 @@ impl Air {
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
         received: &mut Vec<Reception>,
-    ) {
+    ) -> u64 {
         self.played_s = moment.time_s;
+        let known = self.packets.len();
         let listeners = self.send_up(reach, moment, transmit);
+        let examined = self.packets[known..].iter().map(|packet| u64::from(packet.reached.examined)).sum();
         self.bring_down(moment, listeners, packets, received);
         self.forget();
+        examined
     }
 
     /// Sends up what starts before the moment. Returns how many robots listen.
@@ -207,7 +211,7 @@ impl Air {
         let ended = self.packets.partition_point(|packet| packet.start_s <= ended_by);
         let listens = |robot: u32| moment.said[robot as usize].is_some();
         for packet in &self.packets[self.resolved..ended] {
-            let Reached { robots, faded, occluded } = &packet.reached;
+            let Reached { robots, faded, occluded, .. } = &packet.reached;
             let (faded, occluded) = (u64::from(*faded), u64::from(*occluded));
             let in_range = robots.iter().filter(|&&robot| listens(robot)).count() as u64 + faded + occluded;
             tally.sent += 1;

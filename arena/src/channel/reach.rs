@@ -31,12 +31,14 @@ pub(super) struct Reached {
     pub(super) faded: u32,
     /// How many more but for a body in between.
     pub(super) occluded: u32,
+    /// How many robots were looked at to find them.
+    pub(super) examined: u32,
 }
 
 impl Reached {
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.robots.clear();
-        (self.faded, self.occluded) = (0, 0);
+        (self.faded, self.occluded, self.examined) = (0, 0, 0);
     }
 
     /// Robots in range, whether the packet got there or not.
@@ -53,7 +55,6 @@ pub(super) struct Reach {
     listening: Vec<bool>,
     listeners: u64,
     near: Near,
-    examined: u64,
 }
 
 /// Who may be in reach.
@@ -113,7 +114,7 @@ impl Reach {
             ChannelModel::Voronoi => Near::Voronoi(Delaunay::default()),
             ChannelModel::Range => Near::Grid(Grid::default()),
         };
-        Self { rules, positions: Vec::new(), listening: Vec::new(), listeners: 0, near, examined: 0 }
+        Self { rules, positions: Vec::new(), listening: Vec::new(), listeners: 0, near }
     }
 
     /// Shows it a moment: where everybody is, and who listens.
@@ -134,18 +135,13 @@ impl Reach {
         }
     }
 
-    /// Pairs of robots that were looked at.
-    pub(super) fn examined(&self) -> u64 {
-        self.examined
-    }
-
     /// How many robots listen.
     pub(super) fn listeners(&self) -> u64 {
         self.listeners
     }
 
     /// Whom packet `number` of `sender` gets to, written over `reached`.
-    pub(super) fn of(&mut self, sender: u32, number: u64, reached: &mut Reached) {
+    pub(super) fn of(&self, sender: u32, number: u64, reached: &mut Reached) {
         let index = sender as usize;
         reached.clear();
         match &self.near {
@@ -156,15 +152,13 @@ impl Reach {
             }
             Near::Grid(grid) => {
                 let here = self.positions[index];
-                let mut examined = 0;
                 for receiver in grid.around(&here) {
-                    examined += 1;
+                    reached.examined += 1;
                     if receiver != index && self.listening[receiver] {
                         let chance = self.rules.chance_over(self.positions[receiver] - here);
                         self.meet(sender, receiver, number, chance, reached);
                     }
                 }
-                self.examined += examined;
                 reached.robots.sort_unstable();
             }
         }

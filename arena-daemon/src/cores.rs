@@ -1,0 +1,88 @@
+//! The cores of this machine, lent to the arena for the stages of a tick that fall into parts.
+
+use std::{fmt, thread};
+
+use arena::hands::{Alone, Hands};
+use rayon::{
+    ThreadPool, ThreadPoolBuilder,
+    iter::{IndexedParallelIterator, ParallelIterator},
+    slice::ParallelSliceMut,
+};
+
+/// With fewer robots, waking another core takes longer than what it could take over; see docs/performance.md.
+const ROBOTS_MIN: u32 = 200;
+/// Cores that work together at most: a stage of a thousand robots is about a millisecond of work.
+const CORES_MAX: usize = 8;
+/// Parts per core, so that who is done early takes another one.
+const PARTS_PER_CORE: usize = 2;
+
+/// Who works at a tick.
+pub enum Cores {
+    /// The caller's.
+    One,
+    /// Several, which sleep between stages.
+    Several(ThreadPool),
+}
+
+impl Cores {
+    /// As many as pay for so many robots.
+    pub fn for_robots(robots: u32) -> Self {
+        let cores = thread::available_parallelism().map_or(1, usize::from).min(CORES_MAX);
+        if robots < ROBOTS_MIN || cores == 1 {
+            return Self::One;
+        }
+        // Without threads of its own the arena does all by itself.
+        ThreadPoolBuilder::new().num_threads(cores).build().map_or(Self::One, Self::Several)
+    }
+}
+
+impl Hands for Cores {
+    fn share<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
+        match self {
+            Self::One => Alone.share(items, work),
+            Self::Several(pool) => {
+                let part = items.len().div_ceil(pool.current_num_threads() * PARTS_PER_CORE).max(1);
+                pool.install(|| {
+                    let parts = items.par_chunks_mut(part).enumerate();
+                    parts.for_each(|(at, items)| work(at * part, items));
+                });
+            }
+        }
+    }
+}
+
+impl fmt::Debug for Cores {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::One => write!(f, "One"),
+            Self::Several(pool) => write!(f, "Several({})", pool.current_num_threads()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn several() -> Cores {
+        Cores::Several(ThreadPoolBuilder::new().num_threads(3).build().unwrap())
+    }
+
+    #[test]
+    fn every_item_is_worked_on_once_and_knows_its_place() {
+        for cores in [Cores::One, several()] {
+            for count in [0, 1, 5, 6, 7, 1000] {
+                let mut items = vec![0; count];
+                cores.share(&mut items, |first, part| {
+                    part.iter_mut().zip(first..).for_each(|(item, place)| *item += place + 1);
+                });
+                assert!(items.iter().zip(1..).all(|(&item, place)| item == place), "{cores:?}, {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn few_robots_are_played_by_one_core() {
+        assert!(matches!(Cores::for_robots(ROBOTS_MIN - 1), Cores::One));
+    }
+}
