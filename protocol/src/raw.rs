@@ -36,11 +36,11 @@ const REASON: f64 = 1e12;
 #[repr(C)]
 pub struct RawFrame {
     /// Bytes in use; more than [`PACKET_BYTES_MAX`] is refused.
-    pub len: u32,
+    pub len: u8,
     /// The frame, padded with zeros.
     pub bytes: [u8; PACKET_BYTES_MAX],
 }
-const _: () = assert!(size_of::<RawFrame>() == 36);
+const _: () = assert!(size_of::<RawFrame>() == 24);
 
 /// A packet as one receiver heard it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -54,10 +54,8 @@ pub struct RawDelivery {
     pub orientation_rad: f64,
     /// What was said.
     pub frame: RawFrame,
-    /// Zero.
-    pub padding: u32,
 }
-const _: () = assert!(size_of::<RawDelivery>() == 64);
+const _: () = assert!(size_of::<RawDelivery>() == 48);
 
 /// A wall: r · (cos bearing, sin bearing) <= distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -182,10 +180,12 @@ pub struct RawCommand {
     pub frame: RawFrame,
     /// The agent's process, for messages about it.
     pub pid: u32,
+    /// Zero.
+    pub padding: u32,
     /// How long it took.
     pub times: RawTimes,
 }
-const _: () = assert!(size_of::<RawCommand>() == 136);
+const _: () = assert!(size_of::<RawCommand>() == 128);
 
 /// Why a command is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -247,12 +247,12 @@ impl RawFrame {
         let encoded = packet.encode();
         let mut bytes = [0; PACKET_BYTES_MAX];
         bytes[..encoded.len()].copy_from_slice(&encoded);
-        Self { len: encoded.len() as u32, bytes }
+        Self { len: encoded.len() as u8, bytes }
     }
 
     /// Reads the packet in this frame.
     pub fn decode(&self) -> Result<Packet, PacketError> {
-        let len = self.len as usize;
+        let len = usize::from(self.len);
         let frame =
             self.bytes.get(..len).ok_or(PacketError::Length { expected: PACKET_BYTES_MAX, actual: len })?;
         Packet::decode(frame)
@@ -319,6 +319,7 @@ impl RawCommand {
             velocity_y_m_per_s: command.velocity.0.y,
             frame: RawFrame::of(&command.packet),
             pid,
+            padding: 0,
             times: RawTimes::default(),
         }
     }
@@ -359,7 +360,6 @@ impl RawDelivery {
             bearing_rad: delivery.bearing.get(),
             orientation_rad: delivery.orientation.get(),
             frame,
-            padding: 0,
         }
     }
 
@@ -564,8 +564,8 @@ mod tests {
     #[test]
     fn a_packet_longer_than_a_frame_is_refused() {
         let mut long = raw();
-        long.frame.len = 4000;
-        assert_eq!(refusal(long), "its packet does not decode: frame holds 4000 bytes, this packet needs 32");
+        long.frame.len = 200;
+        assert_eq!(refusal(long), "its packet does not decode: frame holds 200 bytes, this packet needs 23");
     }
 
     #[test]
@@ -658,7 +658,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, len: u32, bytes: [u8; 32]) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, len: u8, bytes: [u8; PACKET_BYTES_MAX]) {
             let frame = RawFrame { len, bytes };
             let raw = RawCommand { tick, robot, incarnation, goal_x_m: x, frame, ..RawCommand::default() };
             let _ = raw.check(ROBOT, 12);

@@ -140,7 +140,7 @@ fn another_robots_packet_is_refused() {
 fn a_packet_longer_than_a_frame_is_refused() {
     assert_harmless("length", |tick, honest| {
         let mut long = raw(tick, honest);
-        long.frame.len = u32::MAX;
+        long.frame.len = u8::MAX;
         long
     });
 }

@@ -75,7 +75,7 @@ struct Part<T: ZeroCopySend> {
 }
 
 type Block = [RawDelivery; BLOCK];
-const _: () = assert!(size_of::<Part<Block>>() == 8 + BLOCK * 64);
+const _: () = assert!(size_of::<Part<Block>>() == 8 + BLOCK * 48);
 
 type Board = PortFactory<ipc::Service, Key>;
 type Written<T> = EntryHandleMut<ipc::Service, Key, T>;
