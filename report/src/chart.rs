@@ -11,7 +11,7 @@ use kuva::{
         annotations::{ReferenceLine, TextAnnotation},
         layout::{Layout, TickFormat},
         plots::Plot,
-        render::render_multiple,
+        render::{Primitive, Scene, TextAnchor, render_multiple},
         theme::Theme,
     },
 };
@@ -208,6 +208,35 @@ pub struct Event {
     pub label: String,
 }
 
+/// Words in a figure.
+#[derive(Clone, Debug)]
+struct Label {
+    text: String,
+    at: Point,
+    ink: Ink,
+}
+
+impl Label {
+    /// What the plotting library places: in black, above the point, its middle there.
+    fn annotation(&self) -> TextAnnotation {
+        TextAnnotation::new(self.text.clone(), self.at.0, self.at.1).with_font_size(11)
+    }
+
+    /// Gives it its ink and puts it beside the point.
+    fn settle(&self, scene: &mut Scene) {
+        for element in &mut scene.elements {
+            match element {
+                Primitive::Text { content, anchor, color, y, .. } if *content == self.text => {
+                    *anchor = TextAnchor::Start;
+                    *color = Some(self.ink.light().into());
+                    *y += 10.0;
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
 /// A figure being drawn.
 pub struct Chart {
     title: String,
@@ -219,6 +248,7 @@ pub struct Chart {
     plots: Vec<Plot>,
     legend: Vec<Entry>,
     events: Vec<Event>,
+    labels: Vec<Label>,
     xs: Vec<f64>,
     ys: Vec<f64>,
 }
@@ -236,6 +266,7 @@ impl Chart {
             plots: Vec::new(),
             legend: Vec::new(),
             events: Vec::new(),
+            labels: Vec::new(),
             xs: Vec::new(),
             ys: Vec::new(),
         }
@@ -353,6 +384,11 @@ impl Chart {
         self.events = events;
     }
 
+    /// Words beside the point `at`, to the right of it: for lines that are named where they are drawn.
+    pub fn label(&mut self, text: &str, at: Point, ink: Ink) {
+        self.labels.push(Label { text: text.to_owned(), at, ink });
+    }
+
     /// One more line of the legend, for what has been drawn without a name.
     pub fn entry(&mut self, name: &str, sample: Sample) {
         if !name.is_empty() {
@@ -409,10 +445,11 @@ impl Chart {
         for line in events {
             layout = layout.with_reference_line(line);
         }
-        for label in labels {
+        for label in labels.into_iter().chain(self.labels.iter().map(Label::annotation)) {
             layout = layout.with_annotation(label);
         }
         let mut scene = render_multiple(self.plots, layout);
+        self.labels.iter().for_each(|label| label.settle(&mut scene));
         legend::add(&mut scene, &self.legend);
         Svg::new(&scene, about)
     }
