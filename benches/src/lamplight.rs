@@ -1,11 +1,17 @@
 //! Our own ticks: a `lamplight run` of a scenario, and what its summary says.
 
 use std::{
+    fs::File,
+    io::{self, Read, Seek},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    thread,
+    time::Duration,
 };
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
+use arena_daemon::stop::StopFlag;
+use rustix::process::{Pid, Signal, kill_process};
 use serde::Deserialize;
 
 /// Side of the scenario's arena, meters: 8 feet.
@@ -14,6 +20,8 @@ const SIDE_M: f64 = 2.4384;
 const ROBOTS: u32 = 50;
 /// Ticks per second of virtual time in the scenario.
 const TICKS_PER_S: f64 = 10.0;
+/// How often we look whether a run has ended.
+const RUN_POLL: Duration = Duration::from_millis(20);
 
 /// Who thinks for the robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,10 +95,19 @@ impl Lamplight {
         Ok(Self { program, scenario: scenario.to_path_buf(), sets: sets.to_vec() })
     }
 
-    /// Runs the scenario with `robots` robots at its own density, for `ticks` ticks.
-    pub(crate) fn run(&self, engine: Engine, robots: u32, ticks: u32) -> anyhow::Result<Summary> {
+    /// Runs the scenario with `robots` robots at its own density, for `ticks` ticks. Once `stop` is raised, the run is
+    /// told to end, and that is an error.
+    pub(crate) fn run(
+        &self,
+        engine: Engine,
+        robots: u32,
+        ticks: u32,
+        stop: &StopFlag,
+    ) -> anyhow::Result<Summary> {
         let side_m = side_m(robots);
-        let output = Command::new(&self.program)
+        // Files, not pipes: nobody has to read them while the run lasts.
+        let (mut output, mut log) = (tempfile::tempfile()?, tempfile::tempfile()?);
+        let mut run = Command::new(&self.program)
             .arg("run")
             .arg(&self.scenario)
             .args(["--engine", engine.name(), "--json", "--quiet"])
@@ -99,14 +116,46 @@ impl Lamplight {
             .args(["--set", &format!("arena.size_m=[{side_m}, {side_m}]")])
             .args(self.sets.iter().map(|set| format!("--set={set}")))
             .stdin(Stdio::null())
-            .stderr(Stdio::inherit())
-            .output()
+            .stdout(output.try_clone()?)
+            .stderr(log.try_clone()?)
+            .spawn()
             .with_context(|| format!("cannot start {}", self.program.display()))?;
-        ensure!(output.status.success(), "`lamplight run` ended with {}", output.status);
-        let summary: Summary = serde_json::from_slice(&output.stdout).context("its summary is not ours")?;
+        let mut told = false;
+        let status = loop {
+            if let Some(status) = run.try_wait()? {
+                break status;
+            }
+            if stop.is_raised() && !told {
+                kill_process(Pid::from_child(&run), Signal::TERM)?;
+                told = true;
+            }
+            thread::sleep(RUN_POLL);
+        };
+        let log = read_back(&mut log)?;
+        if !status.success() {
+            return Err(reason(&log).unwrap_or_else(|| anyhow!("`lamplight run` ended with {status}")));
+        }
+        eprint!("{log}");
+        let summary: Summary =
+            serde_json::from_str(&read_back(&mut output)?).context("its summary is not ours")?;
         ensure!(summary.ended == "finished", "the run did not finish, it was {}", summary.ended);
         Ok(summary)
     }
+}
+
+fn read_back(file: &mut File) -> io::Result<String> {
+    let mut text = String::new();
+    file.rewind()?;
+    file.read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// The first error in what a failed run has said, with the lines that explain it.
+fn reason(log: &str) -> Option<anyhow::Error> {
+    let (_, error) = log.split_once("error: ")?;
+    let lines: Vec<&str> =
+        error.lines().take_while(|line| !line.starts_with("hint: ")).map(str::trim).collect();
+    Some(anyhow!(lines.join("; ")))
 }
 
 /// Side of a square that gives `robots` robots the room they have in the scenario.
@@ -122,6 +171,13 @@ mod tests {
     fn four_times_the_robots_get_twice_the_side() {
         assert_eq!(side_m(50), 2.4384);
         assert_eq!(side_m(200), 2.0 * 2.4384);
+    }
+
+    #[test]
+    fn a_failed_run_says_why() {
+        let log = "warning: slow\nerror: 9 robots are too many\n  open files: 20\nhint: take fewer\n";
+        assert_eq!(reason(log).unwrap().to_string(), "9 robots are too many; open files: 20");
+        assert!(reason("warning: slow\n").is_none());
     }
 
     #[test]

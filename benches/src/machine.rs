@@ -1,11 +1,19 @@
 //! Where it was measured, in one line: figures mean nothing without it.
 
-use std::{fs, process::Command, thread::available_parallelism};
+use std::{fs, io, process::Command, thread::available_parallelism};
+
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// Processor, cores, kernel and compiler; what cannot be found out is named as unknown.
 pub(crate) fn described() -> String {
     let cores = available_parallelism().map_or_else(|_| unknown("number of"), |cores| cores.to_string());
     format!("Machine: {}, {cores} cores, Linux {}, {}.", processor(), kernel(), compiler())
+}
+
+/// Raises our limit on open files, which processes that we start inherit, as far as everybody may.
+pub(crate) fn raise_open_files() -> io::Result<()> {
+    let limit = getrlimit(Resource::Nofile);
+    Ok(setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit })?)
 }
 
 fn processor() -> String {

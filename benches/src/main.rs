@@ -1,30 +1,41 @@
-//! What a tick costs: a bare futex tick, our lock-step tick and our in-process tick, side by side.
+//! What a tick costs: our lock-step tick and our in-process tick beside the bare mechanisms.
 //!
-//! The three are measured in turn, round by round, so that what else the machine does falls on
-//! all of them alike. Progress goes to standard error, the result (Markdown) to standard output.
+//! All are measured in turn, round by round, so that what else the machine does falls on all of
+//! them alike. Progress goes to standard error, the result (Markdown) to standard output.
 
 #![forbid(unsafe_code)]
 
+mod bench;
+mod figure;
 mod floor;
 mod lamplight;
 mod machine;
+mod peer;
+mod results;
 mod spread;
 mod table;
 
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    fs::File,
+    io::Write,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
-use anyhow::ensure;
-use clap::{Args, Parser, Subcommand};
+use anyhow::{Context, ensure};
+use arena_daemon::stop::{StopFlag, exit_status};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::{
-    floor::{AgentArgs, Floor, ROBOTS_MAX},
-    lamplight::{Engine, Lamplight},
-    table::{Measurements, Round},
+    bench::Plan,
+    floor::{ROBOTS_MAX, futex, streams},
+    lamplight::Lamplight,
+    peer::Peer,
 };
 
 /// Measure what a tick costs, beside the least it could cost
 ///
-/// Prints a Markdown table. Run it on a quiet machine: a tick of N processes is N context
+/// Prints Markdown tables. Run it on a quiet machine: a tick of N processes is N context
 /// switches, and whatever else runs gets in between.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
@@ -38,8 +49,12 @@ struct Cli {
 
 #[derive(Args, Debug)]
 struct BenchArgs {
+    /// Who is measured [default: all that this build can measure]
+    #[arg(long, value_name = "PEER,PEER,..", value_delimiter = ',', value_enum)]
+    peers: Vec<Peer>,
+
     /// Swarm sizes to measure
-    #[arg(long, value_name = "N,N,..", value_delimiter = ',', default_value = "10,100,1000")]
+    #[arg(long, value_name = "N,N,..", value_delimiter = ',', default_value = "10,50,100,500,1000,2000")]
     robots: Vec<u32>,
 
     /// How often each is measured, in turn with the others
@@ -57,61 +72,92 @@ struct BenchArgs {
     /// Set any key of the scenario, such as channel.range_m=0.6; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
+
+    /// Draw the medians over N, with each one's multiple of the floor, as SVG
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+
+    /// Write every measurement as CSV
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 }
 
+/// One process of a floor; started by this program only.
 #[derive(Debug, Subcommand)]
 enum Internal {
-    /// One process of the floor; started by this program only
-    #[command(hide = true)]
-    FloorAgent(AgentArgs),
+    #[command(hide = true, name = futex::AGENT)]
+    Futex(futex::AgentArgs),
+    #[command(hide = true, name = streams::AGENT)]
+    Stream,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match &cli.internal {
-        Some(Internal::FloorAgent(agent)) => floor::agent(agent),
-        None => bench(&cli.bench),
+        None => run(&cli.bench),
+        Some(agent) => live(agent).map(|()| ExitCode::SUCCESS),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
+    done.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
+}
+
+fn live(agent: &Internal) -> anyhow::Result<()> {
+    match agent {
+        Internal::Futex(args) => futex::agent(args),
+        Internal::Stream => streams::agent(),
     }
 }
 
-fn bench(args: &BenchArgs) -> anyhow::Result<()> {
+fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     for &robots in &args.robots {
         ensure!((1..=ROBOTS_MAX).contains(&robots), "--robots {robots}: it must be 1 to {ROBOTS_MAX}");
     }
-    let lamplight = Lamplight::beside_us(&args.scenario, &args.sets)?;
-    let mut measurements: Vec<_> = args.robots.iter().map(|&robots| Measurements::of(robots)).collect();
-    for round in 1..=args.rounds {
-        for size in &mut measurements {
-            eprintln!("round {round} of {}: {} robots", args.rounds, size.robots);
-            size.rounds.push(measure(&lamplight, size.robots, args.ticks)?);
-        }
-    }
+    let peers = chosen(&args.peers);
+    let runs = peers.iter().any(|peer| peer.engine().is_some());
+    let lamplight = runs.then(|| Lamplight::beside_us(&args.scenario, &args.sets)).transpose()?;
+    // Made before anything is measured: a path that is wrong should not cost an hour.
+    let (svg, csv) = (created(args.svg.as_deref())?, created(args.csv.as_deref())?);
+    machine::raise_open_files().context("cannot raise the limit on open files")?;
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen to signals")?;
+
+    let plan = Plan { peers, robots: args.robots.clone(), rounds: args.rounds, ticks: args.ticks };
+    let sizes = bench::measure(&plan, lamplight.as_ref(), &stop)?;
+
     println!("{}\n", machine::described());
-    print!("{}", table::markdown(&measurements));
-    Ok(())
+    print!("{}", table::markdown(&sizes, &plan.peers));
+    if let Some(mut svg) = svg {
+        svg.write_all(figure::svg(&sizes, &plan.peers).as_bytes()).context("cannot write the figure")?;
+    }
+    if let Some(csv) = csv {
+        results::write_csv(&sizes, csv).context("cannot write the measurements")?;
+    }
+    let Some(signal) = stop.signal() else { return Ok(ExitCode::SUCCESS) };
+    eprintln!("interrupted: rounds are missing");
+    Ok(exit_status(signal).into())
 }
 
-fn measure(lamplight: &Lamplight, robots: u32, ticks: u32) -> anyhow::Result<Round> {
-    let floor = Floor::raise(robots)?.median_tick(ticks)?;
-    let lockstep = lamplight.run(Engine::Lockstep, robots, ticks)?;
-    let in_process = lamplight.run(Engine::InProcess, robots, ticks)?;
-    ensure!(
-        lockstep.digest == in_process.digest,
-        "the engines disagree at {robots} robots: lock-step came to digest {}, in-process to {}",
-        lockstep.digest,
-        in_process.digest
-    );
-    Ok(Round {
-        floor_us: floor.as_secs_f64() * 1e6,
-        lockstep_us: lockstep.tick_us.p50,
-        in_process_us: in_process.tick_us.p50,
-        heard: lockstep.heard_per_robot_and_tick(),
-    })
+/// Who is measured, in the order of the columns.
+fn chosen(named: &[Peer]) -> Vec<Peer> {
+    let is_named = |peer: &&Peer| named.is_empty() || named.contains(peer);
+    Peer::value_variants().iter().filter(is_named).copied().collect()
+}
+
+fn created(path: Option<&Path>) -> anyhow::Result<Option<File>> {
+    let created =
+        |path: &Path| File::create(path).with_context(|| format!("cannot write {}", path.display()));
+    path.map(created).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peers_come_in_the_order_of_the_columns_and_once() {
+        let named = [Peer::Pipes, Peer::Futex, Peer::Pipes];
+        assert_eq!(chosen(&named), vec![Peer::Futex, Peer::Pipes]);
+    }
 }

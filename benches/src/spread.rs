@@ -28,6 +28,16 @@ impl Spread {
     pub(crate) fn median(&self) -> f64 {
         self.median
     }
+
+    /// The least alone.
+    pub(crate) fn least(&self) -> f64 {
+        self.least
+    }
+
+    /// The greatest alone.
+    pub(crate) fn greatest(&self) -> f64 {
+        self.greatest
+    }
 }
 
 /// `12.5 (11–14)`, with three figures of the median and two of the others.

@@ -1,22 +1,18 @@
-//! The floor: the least a tick of N processes can cost on this machine.
+//! The floor proper: the least a tick of N processes can cost on this machine.
 //!
-//! The shape is that of a lock-step tick with nothing in it. The arena writes an inbox of
-//! 8 × 96 bytes for every agent and rings; each agent wakes, reads its inbox, writes an answer of
-//! 96 bytes; the last one wakes the arena, which reads them all. No channel, no controller, no
-//! message that is checked.
+//! The arena writes an inbox for every agent and rings; each agent wakes, reads its inbox, writes its
+//! answer; the last one wakes the arena, which reads them all. One page, one futex, no message that
+//! is checked.
 //!
-//! Contract:
-//! - Nothing is left in shared memory, whatever ends us: the two files lose their names before
-//!   the first agent starts. Agents reach them through our descriptors, in `/proc`.
-//! - No agent outlives us for more than [`ALIVE_POLL`]: who hears nothing looks for its parent.
+//! Contract: nothing is left in shared memory, whatever ends us: the two files lose their names before
+//! the first agent starts. Agents reach them through our descriptors, in `/proc`.
 
 use std::{
     fs::File,
     os::{fd::AsRawFd, unix::process::parent_id},
     path::{Path, PathBuf},
-    process::{self, Child, Command, Stdio},
+    process::{self, Command, Stdio},
     sync::atomic::{AtomicU64, Ordering::Relaxed},
-    time::{Duration, Instant},
 };
 
 use anyhow::{Context, bail, ensure};
@@ -26,37 +22,25 @@ use protocol::{
     mapping::Mapping,
 };
 
-/// Most agents the shared page has room for: 3.5 MiB of lanes.
-pub(crate) const ROBOTS_MAX: u32 = 4096;
+use super::{ALIVE_POLL, ANSWER_TIMEOUT, ANSWER_WORDS, Floor, GRANT_WORDS, ROBOTS_MAX, agents::Agents};
 
-/// 8 neighbors × 96 bytes, in words of 8 bytes.
-const INBOX_WORDS: usize = 8 * 96 / 8;
-/// 96 bytes.
-const ANSWER_WORDS: usize = 96 / 8;
+/// The hidden subcommand.
+pub(crate) const AGENT: &str = "futex-agent";
+
 /// Inbox and answer, padded so that no two lanes share a cache line: 14 lines of 64 bytes.
-const LANE_WORDS: usize = INBOX_WORDS + ANSWER_WORDS + 4;
+const LANE_WORDS: usize = GRANT_WORDS + ANSWER_WORDS + 4;
 const _: () = assert!(LANE_WORDS.is_multiple_of(8));
 
 /// What arena and one agent share.
 type Lane = [AtomicU64; LANE_WORDS];
 type Lanes = [Lane; ROBOTS_MAX as usize];
 
-/// Ticks before the measurement: caches and page tables fill.
-const WARM_UP_TICKS: u32 = 30;
-/// A tick, and the start of all agents, takes far less.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(60);
-/// How long an agent sleeps before it asks whether the arena still lives.
-const ALIVE_POLL: Duration = Duration::from_millis(500);
-/// How long agents get to leave; then they are killed.
-const LEAVE_TIMEOUT: Duration = Duration::from_secs(3);
-
 /// The arena's side: N running agents.
 #[derive(Debug)]
-pub(crate) struct Floor {
+pub(crate) struct Futex {
     bell: Doorbell,
     lanes: Mapping<Lanes>,
-    agents: Vec<Child>,
-    tick: u64,
+    agents: Agents,
 }
 
 /// What an agent is told.
@@ -72,7 +56,7 @@ pub(crate) struct AgentArgs {
     arena: u32,
 }
 
-impl Floor {
+impl Futex {
     /// Starts `robots` agents and waits until they are all there.
     pub(crate) fn raise(robots: u32) -> anyhow::Result<Self> {
         let folder = tempfile::Builder::new()
@@ -85,64 +69,35 @@ impl Floor {
         let (bell_file, lanes_file) = (File::open(&bell_path)?, File::open(&lanes_path)?);
         folder.close().context("cannot remove the folder in shared memory")?;
 
-        let mut floor = Self { bell, lanes, agents: Vec::new(), tick: 0 };
-        floor.bell.expect(robots);
-        let program = std::env::current_exe().context("cannot find our own program")?;
+        let mut agents = Agents::default();
+        bell.expect(robots);
         for lane in 0..robots {
-            let agent = Command::new(&program)
-                .arg("floor-agent")
-                .args([our_descriptor(&bell_file), our_descriptor(&lanes_file)])
-                .args([lane.to_string(), process::id().to_string()])
-                .stdin(Stdio::null())
-                .stdout(Stdio::null())
-                .spawn()
-                .with_context(|| format!("cannot start agent {lane} of the floor"))?;
-            floor.agents.push(agent);
+            agents.start(AGENT, |command: &mut Command| {
+                command
+                    .args([our_descriptor(&bell_file), our_descriptor(&lanes_file)])
+                    .args([lane.to_string(), process::id().to_string()])
+                    .stdin(Stdio::null())
+                    .stdout(Stdio::null());
+            })?;
         }
-        ensure!(floor.bell.wait_for_answers(ANSWER_TIMEOUT), "the agents of the floor did not start in time");
-        Ok(floor)
-    }
-
-    /// Median of `ticks` ticks.
-    pub(crate) fn median_tick(&mut self, ticks: u32) -> anyhow::Result<Duration> {
-        for _ in 0..WARM_UP_TICKS {
-            self.tick()?;
-        }
-        let mut times = (0..ticks).map(|_| self.tick()).collect::<anyhow::Result<Vec<_>>>()?;
-        times.sort();
-        Ok(times[times.len() / 2])
-    }
-
-    fn tick(&mut self) -> anyhow::Result<Duration> {
-        self.tick += 1;
-        let began = Instant::now();
-        let lanes = &self.lanes[..self.agents.len()];
-        for word in lanes.iter().flat_map(inbox) {
-            word.store(self.tick, Relaxed);
-        }
-        self.bell.expect(lanes.len() as u32);
-        self.bell.ring();
-        ensure!(self.bell.wait_for_answers(ANSWER_TIMEOUT), "an agent of the floor does not answer");
-        let expected = self.tick * INBOX_WORDS as u64;
-        let right = lanes.iter().flat_map(answer).all(|word| word.load(Relaxed) == expected);
-        let took = began.elapsed();
-        ensure!(right, "an agent of the floor gave a wrong answer to tick {}", self.tick);
-        Ok(took)
+        ensure!(bell.wait_for_answers(ANSWER_TIMEOUT), "the agents did not start in time");
+        Ok(Self { bell, lanes, agents })
     }
 }
 
-impl Drop for Floor {
-    fn drop(&mut self) {
-        self.bell.close();
-        let deadline = Instant::now() + LEAVE_TIMEOUT;
-        for agent in &mut self.agents {
-            while matches!(agent.try_wait(), Ok(None)) {
-                if Instant::now() > deadline {
-                    let _ = agent.kill();
-                }
-                std::thread::sleep(Duration::from_millis(1));
-            }
+impl Floor for Futex {
+    fn tick(&mut self, number: u64) -> anyhow::Result<()> {
+        let lanes = &self.lanes[..self.agents.count() as usize];
+        for word in lanes.iter().flat_map(inbox) {
+            word.store(number, Relaxed);
         }
+        self.bell.expect(self.agents.count());
+        self.bell.ring();
+        ensure!(self.bell.wait_for_answers(ANSWER_TIMEOUT), "an agent does not answer tick {number}");
+        let expected = number * GRANT_WORDS as u64;
+        let right = lanes.iter().flat_map(answer).all(|word| word.load(Relaxed) == expected);
+        ensure!(right, "a wrong answer to tick {number}");
+        Ok(())
     }
 }
 
@@ -164,17 +119,17 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
                 bell.answer();
             }
             Ring::Silence if parent_id() == args.arena => {}
-            Ring::Silence => bail!("the arena of the floor has died; agent {} leaves", args.lane),
+            Ring::Silence => bail!("the arena has died; agent {} leaves", args.lane),
         }
     }
 }
 
 fn inbox(lane: &Lane) -> &[AtomicU64] {
-    &lane[..INBOX_WORDS]
+    &lane[..GRANT_WORDS]
 }
 
 fn answer(lane: &Lane) -> &[AtomicU64] {
-    &lane[INBOX_WORDS..][..ANSWER_WORDS]
+    &lane[GRANT_WORDS..][..ANSWER_WORDS]
 }
 
 /// How our children reach a file of ours that has no name.
