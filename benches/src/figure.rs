@@ -89,6 +89,7 @@ fn look(peer: Peer) -> Look {
         Peer::InProcess => Look::nth(2),
         Peer::Pipes => Look::nth(3),
         Peer::Sockets => Look::nth(4),
+        Peer::Zeromq => Look::nth(1),
     }
 }
 
@@ -152,14 +153,14 @@ mod tests {
         assert_eq!(label(Peer::Futex), "futex: the floor");
         assert_eq!(label(Peer::Pipes), "pipes 3.4×");
         assert_eq!(label(Peer::Sockets), "sockets 1.2× at 10");
-        assert!(curve(&sizes, Peer::InProcess).is_none());
-        let svg = svg(&sizes, &[Peer::Futex, Peer::Pipes, Peer::InProcess, Peer::Sockets]);
+        assert!(curve(&sizes, Peer::Zeromq).is_none());
+        let svg = svg(&sizes, &[Peer::Futex, Peer::Pipes, Peer::Zeromq, Peer::Sockets]);
         let pipes = look(Peer::Pipes).ink.light();
         assert!(svg.lines().any(|line| line.contains(">pipes 3.4×<") && line.contains(pipes)), "in its ink");
         for text in ["pipes 3.4×", "sockets 1.2× at 10", "futex: the floor", "median tick, µs"] {
             assert!(svg.contains(&format!(">{text}<")), "{text}");
         }
-        assert!(!svg.contains("in-process"));
+        assert!(!svg.contains("zeromq"));
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub(crate) mod futex;
 pub(crate) mod pipes;
 pub(crate) mod sockets;
 pub(crate) mod streams;
+#[cfg(feature = "zeromq")]
+pub(crate) mod zeromq;
 
 use std::time::{Duration, Instant};
 

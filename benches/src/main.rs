@@ -22,10 +22,12 @@ use std::{
     process::ExitCode,
 };
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use arena_daemon::stop::{StopFlag, exit_status};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+#[cfg(feature = "zeromq")]
+use crate::floor::zeromq;
 use crate::{
     bench::Plan,
     floor::{ROBOTS_MAX, futex, streams},
@@ -89,6 +91,9 @@ enum Internal {
     Futex(futex::AgentArgs),
     #[command(hide = true, name = streams::AGENT)]
     Stream,
+    #[cfg(feature = "zeromq")]
+    #[command(hide = true, name = zeromq::AGENT)]
+    Zeromq(zeromq::AgentArgs),
 }
 
 fn main() -> ExitCode {
@@ -107,6 +112,8 @@ fn live(agent: &Internal) -> anyhow::Result<()> {
     match agent {
         Internal::Futex(args) => futex::agent(args),
         Internal::Stream => streams::agent(),
+        #[cfg(feature = "zeromq")]
+        Internal::Zeromq(args) => zeromq::agent(args),
     }
 }
 
@@ -114,7 +121,7 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     for &robots in &args.robots {
         ensure!((1..=ROBOTS_MAX).contains(&robots), "--robots {robots}: it must be 1 to {ROBOTS_MAX}");
     }
-    let peers = chosen(&args.peers);
+    let (peers, left_out) = chosen(&args.peers)?;
     let runs = peers.iter().any(|peer| peer.engine().is_some());
     let lamplight = runs.then(|| Lamplight::beside_us(&args.scenario, &args.sets)).transpose()?;
     // Made before anything is measured: a path that is wrong should not cost an hour.
@@ -128,6 +135,7 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
 
     println!("{}\n", machine::described());
     print!("{}", table::markdown(&sizes, &plan.peers));
+    left_out.iter().for_each(|reason| println!("\n{reason}"));
     if let Some(mut svg) = svg {
         svg.write_all(figure::svg(&sizes, &plan.peers).as_bytes()).context("cannot write the figure")?;
     }
@@ -139,10 +147,19 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     Ok(exit_status(signal).into())
 }
 
-/// Who is measured, in the order of the columns.
-fn chosen(named: &[Peer]) -> Vec<Peer> {
-    let is_named = |peer: &&Peer| named.is_empty() || named.contains(peer);
-    Peer::value_variants().iter().filter(is_named).copied().collect()
+/// Who is measured, in the order of the columns, and who is not although nobody said so, with the reason. Somebody who
+/// is named but cannot be measured is an error.
+fn chosen(named: &[Peer]) -> anyhow::Result<(Vec<Peer>, Vec<String>)> {
+    let all = named.is_empty();
+    let (mut peers, mut left_out) = (Vec::new(), Vec::new());
+    for &peer in Peer::value_variants().iter().filter(|peer| all || named.contains(peer)) {
+        match peer.lacking() {
+            None => peers.push(peer),
+            Some(reason) if all => left_out.push(format!("Left out, {}: {reason}.", peer.name())),
+            Some(reason) => bail!("--peers {}: {reason}", peer.name()),
+        }
+    }
+    Ok((peers, left_out))
 }
 
 fn created(path: Option<&Path>) -> anyhow::Result<Option<File>> {
@@ -158,6 +175,15 @@ mod tests {
     #[test]
     fn peers_come_in_the_order_of_the_columns_and_once() {
         let named = [Peer::Pipes, Peer::Futex, Peer::Pipes];
-        assert_eq!(chosen(&named), vec![Peer::Futex, Peer::Pipes]);
+        assert_eq!(chosen(&named).unwrap(), (vec![Peer::Futex, Peer::Pipes], Vec::new()));
+    }
+
+    #[test]
+    fn zeromq_is_measured_left_out_with_a_reason_or_refused() {
+        let (peers, left_out) = chosen(&[]).unwrap();
+        let can = cfg!(feature = "zeromq");
+        assert_eq!(peers.contains(&Peer::Zeromq), can);
+        assert_eq!(left_out.is_empty(), can);
+        assert_eq!(chosen(&[Peer::Zeromq]).is_ok(), can);
     }
 }

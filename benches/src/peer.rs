@@ -17,6 +17,8 @@ pub(crate) enum Peer {
     Pipes,
     /// A pair of Unix sockets (SEQPACKET) per process
     Sockets,
+    /// A ZeroMQ ROUTER, and a DEALER per process
+    Zeromq,
     /// Our lock-step, whole: `lamplight run`
     Lockstep,
     /// Our tick in one process: `lamplight run --engine in-process`
@@ -30,6 +32,7 @@ impl Peer {
             Self::Futex => "futex",
             Self::Pipes => "pipes",
             Self::Sockets => "sockets",
+            Self::Zeromq => "zeromq",
             Self::Lockstep => "lock-step",
             Self::InProcess => "in-process",
         }
@@ -50,7 +53,18 @@ impl Peer {
             Self::Futex => Box::new(Futex::raise(robots)?),
             Self::Pipes => Box::new(pipes::raise(robots)?),
             Self::Sockets => Box::new(sockets::raise(robots)?),
+            #[cfg(feature = "zeromq")]
+            Self::Zeromq => Box::new(crate::floor::zeromq::Zeromq::raise(robots)?),
+            #[cfg(not(feature = "zeromq"))]
+            Self::Zeromq => bail!(NO_ZEROMQ),
             Self::Lockstep | Self::InProcess => bail!("`lamplight` plays the ticks of {}", self.name()),
         })
     }
+
+    /// Why it cannot be measured by this build, if so.
+    pub(crate) fn lacking(self) -> Option<&'static str> {
+        (self == Self::Zeromq && !cfg!(feature = "zeromq")).then_some(NO_ZEROMQ)
+    }
 }
+
+const NO_ZEROMQ: &str = "this build cannot speak ZeroMQ (cargo feature `zeromq` of the package `benches`)";

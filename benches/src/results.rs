@@ -78,7 +78,7 @@ mod tests {
         size.rounds
             .push(Round { tick_us: [(Peer::Futex, 12.5), (Peer::Lockstep, 20.0)].into(), heard: None });
         size.rounds.push(Round { tick_us: [(Peer::Futex, 13.0)].into(), heard: None });
-        size.missing.insert(Peer::Sockets, "not built, not wanted".into());
+        size.missing.insert(Peer::Zeromq, "not built, not wanted".into());
         let mut written = Vec::new();
         write_csv(&[size], &mut written).unwrap();
         assert_eq!(
@@ -87,7 +87,7 @@ mod tests {
              10,1,futex,12.500,\n\
              10,1,lock-step,20.000,\n\
              10,2,futex,13.000,\n\
-             10,,sockets,,\"not built, not wanted\"\n"
+             10,,zeromq,,\"not built, not wanted\"\n"
         );
     }
 }

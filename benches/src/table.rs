@@ -10,7 +10,7 @@ const LEGEND: &str = "\
 Median tick in µs; median of the rounds, in parentheses the least and the greatest. All but in-process have
 one process per robot, and all but the last two have nothing in the tick: 8 × 96 B into each process and 96 B
 out of it, all read. futex, the floor: a page of shared memory and one broadcast. pipes: two per process.
-sockets: a SEQPACKET pair per process. lock-step:
+sockets: a SEQPACKET pair per process. zeromq: a ROUTER, and a DEALER per process, over ipc. lock-step:
 a whole tick of ours: motion, the infrared channel, and the real controller in each process; only metrics and
 outputs are off the tick. in-process: the same tick in one loop.";
 

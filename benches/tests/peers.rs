@@ -119,6 +119,13 @@ fn sockets_play_and_leave_nothing() {
     ends_when_told("sockets");
 }
 
+#[cfg(feature = "zeromq")]
+#[test]
+fn zeromq_plays_and_leaves_nothing() {
+    plays("zeromq", "zeromq");
+    ends_when_told("zeromq");
+}
+
 #[test]
 fn a_lock_step_run_plays_and_leaves_nothing() {
     plays("lockstep", "lock-step");
