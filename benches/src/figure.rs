@@ -86,6 +86,7 @@ fn look(peer: Peer) -> Look {
     match peer {
         Peer::Futex => Look { dash: Dash::Short, ..Look::nth(0).with_ink(Ink::Mark) },
         Peer::Lockstep => Look::nth(0),
+        Peer::Idle => Look::nth(5),
         Peer::InProcess => Look::nth(2),
         Peer::Pipes => Look::nth(3),
         Peer::Sockets => Look::nth(4),
@@ -146,18 +147,18 @@ mod tests {
     #[test]
     fn labels_say_the_multiple_and_where_a_line_ends_early() {
         let sizes = [
-            size(10, &[(Peer::Futex, 50.0), (Peer::Pipes, 100.0), (Peer::Sockets, 60.0)]),
+            size(10, &[(Peer::Futex, 50.0), (Peer::Pipes, 100.0), (Peer::Idle, 60.0)]),
             size(100, &[(Peer::Futex, 500.0), (Peer::Pipes, 1700.0)]),
         ];
         let label = |peer| curve(&sizes, peer).unwrap().label;
         assert_eq!(label(Peer::Futex), "futex: the floor");
         assert_eq!(label(Peer::Pipes), "pipes 3.4×");
-        assert_eq!(label(Peer::Sockets), "sockets 1.2× at 10");
+        assert_eq!(label(Peer::Idle), "idle 1.2× at 10");
         assert!(curve(&sizes, Peer::Zeromq).is_none());
-        let svg = svg(&sizes, &[Peer::Futex, Peer::Pipes, Peer::Zeromq, Peer::Sockets]);
+        let svg = svg(&sizes, &[Peer::Futex, Peer::Pipes, Peer::Zeromq, Peer::Idle]);
         let pipes = look(Peer::Pipes).ink.light();
         assert!(svg.lines().any(|line| line.contains(">pipes 3.4×<") && line.contains(pipes)), "in its ink");
-        for text in ["pipes 3.4×", "sockets 1.2× at 10", "futex: the floor", "median tick, µs"] {
+        for text in ["pipes 3.4×", "idle 1.2× at 10", "futex: the floor", "median tick, µs"] {
             assert!(svg.contains(&format!(">{text}<")), "{text}");
         }
         assert!(!svg.contains("zeromq"));

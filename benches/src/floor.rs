@@ -10,6 +10,7 @@
 
 mod agents;
 pub(crate) mod futex;
+pub(crate) mod idle;
 pub(crate) mod pipes;
 pub(crate) mod sockets;
 pub(crate) mod streams;

@@ -16,6 +16,15 @@ pub(crate) fn raise_open_files() -> io::Result<()> {
     Ok(setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit })?)
 }
 
+/// How many files we have open, of how many: what a swarm that is too large fails by first.
+pub(crate) fn open_files() -> String {
+    let most = getrlimit(Resource::Nofile).current.map_or_else(|| unknown("limit"), |most| most.to_string());
+    match fs::read_dir("/proc/self/fd") {
+        Ok(open) => format!("{} of at most {most} files are open", open.count()),
+        Err(error) => format!("no file can be opened, the limit is {most} ({error})"),
+    }
+}
+
 fn processor() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     model_name(&info).map_or_else(|| unknown("processor"), str::to_owned)

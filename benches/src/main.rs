@@ -30,7 +30,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::floor::zeromq;
 use crate::{
     bench::Plan,
-    floor::{ROBOTS_MAX, futex, streams},
+    floor::{ROBOTS_MAX, futex, idle, streams},
     lamplight::Lamplight,
     peer::Peer,
 };
@@ -94,6 +94,8 @@ enum Internal {
     #[cfg(feature = "zeromq")]
     #[command(hide = true, name = zeromq::AGENT)]
     Zeromq(zeromq::AgentArgs),
+    #[command(hide = true, name = idle::AGENT)]
+    Idle(idle::AgentArgs),
 }
 
 fn main() -> ExitCode {
@@ -114,6 +116,7 @@ fn live(agent: &Internal) -> anyhow::Result<()> {
         Internal::Stream => streams::agent(),
         #[cfg(feature = "zeromq")]
         Internal::Zeromq(args) => zeromq::agent(args),
+        Internal::Idle(args) => idle::agent(args),
     }
 }
 
@@ -174,8 +177,8 @@ mod tests {
 
     #[test]
     fn peers_come_in_the_order_of_the_columns_and_once() {
-        let named = [Peer::Pipes, Peer::Futex, Peer::Pipes];
-        assert_eq!(chosen(&named).unwrap(), (vec![Peer::Futex, Peer::Pipes], Vec::new()));
+        let named = [Peer::Idle, Peer::Futex, Peer::Idle];
+        assert_eq!(chosen(&named).unwrap(), (vec![Peer::Futex, Peer::Idle], Vec::new()));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::ValueEnum;
 
 use crate::{
-    floor::{Floor, futex::Futex, pipes, sockets},
+    floor::{Floor, futex::Futex, idle::Idle, pipes, sockets},
     lamplight::Engine,
 };
 
@@ -19,6 +19,8 @@ pub(crate) enum Peer {
     Sockets,
     /// A ZeroMQ ROUTER, and a DEALER per process
     Zeromq,
+    /// Our lock-step with an empty controller and no arena
+    Idle,
     /// Our lock-step, whole: `lamplight run`
     Lockstep,
     /// Our tick in one process: `lamplight run --engine in-process`
@@ -33,6 +35,7 @@ impl Peer {
             Self::Pipes => "pipes",
             Self::Sockets => "sockets",
             Self::Zeromq => "zeromq",
+            Self::Idle => "idle",
             Self::Lockstep => "lock-step",
             Self::InProcess => "in-process",
         }
@@ -57,6 +60,7 @@ impl Peer {
             Self::Zeromq => Box::new(crate::floor::zeromq::Zeromq::raise(robots)?),
             #[cfg(not(feature = "zeromq"))]
             Self::Zeromq => bail!(NO_ZEROMQ),
+            Self::Idle => Box::new(Idle::raise(robots)?),
             Self::Lockstep | Self::InProcess => bail!("`lamplight` plays the ticks of {}", self.name()),
         })
     }

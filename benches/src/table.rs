@@ -10,7 +10,8 @@ const LEGEND: &str = "\
 Median tick in µs; median of the rounds, in parentheses the least and the greatest. All but in-process have
 one process per robot, and all but the last two have nothing in the tick: 8 × 96 B into each process and 96 B
 out of it, all read. futex, the floor: a page of shared memory and one broadcast. pipes: two per process.
-sockets: a SEQPACKET pair per process. zeromq: a ROUTER, and a DEALER per process, over ipc. lock-step:
+sockets: a SEQPACKET pair per process. zeromq: a ROUTER, and a DEALER per process, over ipc. idle: our
+lock-step without arena and controller, a checked percept of 8 packets in, a checked command out. lock-step:
 a whole tick of ours: motion, the infrared channel, and the real controller in each process; only metrics and
 outputs are off the tick. in-process: the same tick in one loop.";
 
@@ -120,15 +121,15 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_a_dash_with_its_reason_below() {
-        use Peer::{Futex, Pipes, Sockets};
+        use Peer::{Futex, Idle, Pipes};
         let mut size = Size::of(2000);
-        size.missing.insert(Sockets, "too many open files".into());
+        size.missing.insert(Idle, "too many open files".into());
         // The second round was cut short: pipes are compared with the floor of the first alone.
         size.rounds = vec![round(&[(Futex, 10.0), (Pipes, 20.0)], None), round(&[(Futex, 40.0)], None)];
-        let text = markdown(&[size], &[Futex, Pipes, Sockets]);
+        let text = markdown(&[size], &[Futex, Pipes, Idle]);
         assert!(text.contains("\n| 2000 | – | 25.0 (10–40) | 20.0 (20–20) | – |\n"), "{text}");
         assert!(text.contains("\n| 2000 | 2.00 (2.0–2.0) | – |\n"), "{text}");
-        assert!(text.ends_with("measured:\n\n- sockets, N = 2000: too many open files\n"), "{text}");
+        assert!(text.ends_with("measured:\n\n- idle, N = 2000: too many open files\n"), "{text}");
     }
 
     #[test]

@@ -127,6 +127,12 @@ fn zeromq_plays_and_leaves_nothing() {
 }
 
 #[test]
+fn an_idle_lock_step_plays_and_leaves_nothing() {
+    plays("idle", "idle");
+    ends_when_told("idle");
+}
+
+#[test]
 fn a_lock_step_run_plays_and_leaves_nothing() {
     plays("lockstep", "lock-step");
 }

@@ -1,0 +1,185 @@
+//! Our lock-step without an arena and without a controller: what our messages and checks cost.
+//!
+//! Services, doorbell, messages and checks are those of a run. A percept holds 8 deliveries, always the
+//! same; every agent reads and checks it as a robot's does, and answers with a command that stands still.
+//! The arena checks each command as a real one does.
+//!
+//! Contract: the run's folder and its shared memory go when the floor is dropped. If we are killed, nobody
+//! holds the run's locks any more, and `lamplight clean` removes it.
+
+use std::{
+    io::{self, Read},
+    process::{self, Command as Program, Stdio},
+};
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+use protocol::{
+    command::Command,
+    doorbell::{Doorbell, Ring},
+    frame::BodyVector,
+    packet::Packet,
+    percept::{Delivery, Percept},
+    raw::RawCommand,
+    robot_id::RobotId,
+    run_dir::{RunDir, RunLock, RunName},
+    services::{AgentPorts, ArenaPorts, Medium},
+    units::{Meters, Radians},
+};
+
+use super::{ALIVE_POLL, ANSWER_TIMEOUT, Floor, agents::Agents};
+use crate::machine::open_files;
+
+/// The hidden subcommand.
+pub(crate) const AGENT: &str = "idle-agent";
+
+/// As many as every other floor's grant stands for.
+const DELIVERIES: u32 = 8;
+
+/// The arena's side: N agents that have joined a run of ours. Fields are dropped in this order: nobody uses any more
+/// what is removed last.
+#[derive(Debug)]
+pub(crate) struct Idle {
+    _agents: Agents,
+    robots: Vec<ArenaPorts>,
+    _medium: Medium,
+    bell: Doorbell,
+    percept: Percept,
+    _run: OwnRun,
+}
+
+/// What an agent is told.
+#[derive(Args, Debug)]
+pub(crate) struct AgentArgs {
+    /// Name of the run
+    run: RunName,
+    /// Which robot we are
+    robot: u32,
+}
+
+impl Idle {
+    /// Starts `robots` agents and waits until all have joined.
+    pub(crate) fn raise(robots: u32) -> anyhow::Result<Self> {
+        let run = OwnRun::create()?;
+        // Agents are started before there are any services, whose descriptors they would inherit. They
+        // join once their input, which they share, has ended.
+        let (gate, opener) = io::pipe()?;
+        let mut agents = Agents::default();
+        for index in 0..robots {
+            let gate = Stdio::from(gate.try_clone()?);
+            agents.start(AGENT, |command: &mut Program| {
+                command.args([run.dir.name().to_string(), index.to_string()]).stdin(gate);
+                command.stdout(Stdio::null());
+            })?;
+        }
+        drop(gate);
+        let medium = Medium::enter(&run.dir)?;
+        let host = |index| medium.host(RobotId::first(index));
+        let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>().with_context(open_files)?;
+        let bell = Doorbell::create(&run.dir.doorbell_path()).context("cannot make the doorbell")?;
+        bell.expect(robots);
+        drop(opener);
+        ensure!(bell.wait_for_answers(ANSWER_TIMEOUT), "the agents did not join in time");
+        Ok(Self { _agents: agents, robots: members, _medium: medium, bell, percept: percept(), _run: run })
+    }
+}
+
+impl Floor for Idle {
+    fn tick(&mut self, number: u64) -> anyhow::Result<()> {
+        self.percept.tick = number;
+        for ports in &self.robots {
+            ports.send(&self.percept)?;
+        }
+        self.bell.expect(self.robots.len() as u32);
+        self.bell.ring();
+        ensure!(self.bell.wait_for_answers(ANSWER_TIMEOUT), "an agent does not answer tick {number}");
+        for (ports, index) in self.robots.iter().zip(0..) {
+            let robot = RobotId::first(index);
+            // Without descriptors for its connection, the transport is silent.
+            let silent = || format!("nothing is heard from {robot} at tick {number}; {}", open_files());
+            let raw = ports.receive()?.with_context(silent)?;
+            raw.check(robot, number).with_context(|| format!("the command of {robot}"))?;
+        }
+        Ok(())
+    }
+}
+
+/// A run that is removed when this is dropped.
+#[derive(Debug)]
+struct OwnRun {
+    dir: RunDir,
+    /// The owner's and the arena's.
+    locks: Option<(RunLock, RunLock)>,
+}
+
+impl OwnRun {
+    fn create() -> anyhow::Result<Self> {
+        let name = format!("tick-cost-{}", process::id()).parse()?;
+        let (dir, owner) = RunDir::create(name)?;
+        let arena = dir.go_live()?;
+        Ok(Self { dir, locks: Some((owner, arena)) })
+    }
+}
+
+impl Drop for OwnRun {
+    fn drop(&mut self) {
+        let Some((owner, arena)) = self.locks.take() else { return };
+        drop(arena);
+        if let Err(error) = self.dir.remove_own(owner) {
+            eprintln!("warning: {error}; `lamplight clean` removes what is left");
+        }
+    }
+}
+
+/// Darkness, and 8 neighbors around.
+fn percept() -> Percept {
+    let mut percept = Percept::empty(0);
+    percept.deliveries.extend((0..DELIVERIES).map(|sender| Delivery {
+        packet: Packet { sender: RobotId::first(sender), sequence: 1, light: 100.0 },
+        range: Meters::new(0.5).expect("a finite length"),
+        bearing: Radians::new(f64::from(sender) * 0.7).expect("a finite angle"),
+        orientation: Radians::new(0.5).expect("a finite angle"),
+    }));
+    percept
+}
+
+/// An agent's life: wait until all is laid out, join, then wake, read, answer, sleep.
+pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
+    io::stdin().read_to_end(&mut Vec::new()).context("cannot wait for the run")?;
+    let (run, arena) = RunDir::open(args.run.clone())?;
+    let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the doorbell")?;
+    let id = RobotId::first(args.robot);
+    let ports = Medium::enter(&run)?.join(id)?;
+    let mut percept = Percept::empty(0);
+    let mut seen = bell.round();
+    bell.answer();
+    loop {
+        match bell.wait_for_ring(seen, ALIVE_POLL) {
+            Ring::Closed => return Ok(()),
+            Ring::Round(round) => {
+                seen = round;
+                hear(&ports, &mut percept)?;
+                ports.send(RawCommand::new(percept.tick, &stand_still(id, &percept), process::id()))?;
+                bell.answer();
+            }
+            Ring::Silence if arena.is_alive() => {}
+            Ring::Silence => bail!("the arena has died; {id} leaves"),
+        }
+    }
+}
+
+/// Reads every percept that waits, as a robot's agent does; here it is one.
+fn hear(ports: &AgentPorts, percept: &mut Percept) -> anyhow::Result<()> {
+    let mut heard = false;
+    while let Some(refused) = ports.receive(|header, deliveries| header.read(deliveries, percept))? {
+        ensure!(refused? == 0 && percept.deliveries.len() == DELIVERIES as usize, "a spoilt percept");
+        heard = true;
+    }
+    ensure!(heard, "a ring without a percept");
+    Ok(())
+}
+
+fn stand_still(id: RobotId, percept: &Percept) -> Command {
+    let packet = Packet { sender: id, sequence: percept.tick as u32, light: 0.0 };
+    Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet }
+}
