@@ -15,9 +15,8 @@ lock-step without arena and controller, a checked percept of 8 packets in, a che
 a whole tick of ours: motion, the infrared channel, and the real controller in each process; only metrics and
 outputs are off the tick. in-process: the same tick in one loop.";
 
-const RATIOS: &str = "\
-The same as multiples of the floor (the last column: of in-process). Ratios are formed within a round, then
-the median is taken.";
+const RATIOS: &str =
+    "How many times as long a tick takes. Ratios are formed within a round, then the median is taken.";
 
 /// Legend, tables and what is missing. `peers` are the columns, in this order.
 pub(crate) fn markdown(sizes: &[Size], peers: &[Peer]) -> String {
@@ -135,6 +134,6 @@ mod tests {
     #[test]
     fn without_the_floor_there_is_nothing_to_divide_by() {
         let size = Size { rounds: vec![round(&[(Peer::Pipes, 20.0)], None)], ..Size::of(10) };
-        assert!(!markdown(&[size], &[Peer::Pipes]).contains("multiples"));
+        assert!(!markdown(&[size], &[Peer::Pipes]).contains("How many times"));
     }
 }

@@ -16,6 +16,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use protocol::run_dir::RunDir;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
@@ -142,14 +143,27 @@ fn an_in_process_run_plays_and_leaves_nothing() {
     plays("in-process", "in-process");
 }
 
+/// A bench whose agents run, killed, once they have left.
+fn killed(peer: &str) -> Bench {
+    let mut bench = Bench::start(peer, 100_000_000);
+    bench.wait_for_processes(4);
+    bench.child.kill().unwrap();
+    bench.wait_for_processes(0);
+    bench
+}
+
 #[test]
-fn agents_leave_when_the_bench_is_killed() {
-    for peer in ["futex", "pipes", "sockets"] {
-        let mut bench = Bench::start(peer, 100_000_000);
-        bench.wait_for_processes(4);
-        bench.child.kill().unwrap();
-        bench.wait_for_processes(0);
-        let (status, _) = bench.ended();
-        assert_eq!(status, None, "{peer}");
+fn agents_leave_a_killed_bench_and_so_does_every_file() {
+    let zeromq = if cfg!(feature = "zeromq") { "zeromq" } else { "futex" };
+    for peer in ["futex", "pipes", "sockets", zeromq] {
+        assert_eq!(killed(peer).ended().0, None, "{peer}");
     }
+}
+
+#[test]
+fn an_idle_run_whose_bench_was_killed_is_dead_and_can_be_removed() {
+    let bench = killed("idle");
+    let run = RunDir::of(format!("tick-cost-{}", bench.child.id()).parse().unwrap());
+    assert!(run.remove_if_dead().unwrap().is_some_and(|entries| entries > 0));
+    bench.ended();
 }

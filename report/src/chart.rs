@@ -566,3 +566,20 @@ fn theme() -> Theme {
         show_grid: true,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_stands_beside_its_point_in_the_ink_of_its_line() {
+        let axis = |label| Axis::new(label).range(0.0, 10.0);
+        let mut chart = Chart::new(axis("x"), axis("y"));
+        chart.line("", &[(0.0, 0.0), (5.0, 5.0)], Look::nth(1));
+        chart.label("the second", (5.0, 5.0), Ink::Vermillion);
+        let svg = chart.draw("one line").file("figure");
+        let label = svg.lines().find(|line| line.contains(">the second<")).expect("the label is drawn");
+        assert!(label.contains("text-anchor=\"start\""), "{label}");
+        assert!(label.contains(Ink::Vermillion.light()), "{label}");
+    }
+}

@@ -36,8 +36,8 @@ pub(crate) const AGENT: &str = "idle-agent";
 /// As many as every other floor's grant stands for.
 const DELIVERIES: u32 = 8;
 
-/// The arena's side: N agents that have joined a run of ours. Fields are dropped in this order: nobody uses any more
-/// what is removed last.
+/// The arena's side: N agents that have joined a run of ours. Fields are dropped in this order, so that nobody
+/// uses what is removed.
 #[derive(Debug)]
 pub(crate) struct Idle {
     _agents: Agents,
