@@ -74,8 +74,8 @@ impl Idle {
         }
         drop(gate);
         let medium = Medium::enter(&run.dir)?;
-        let host = |index| medium.host(RobotId::first(index));
-        let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>().with_context(open_files)?;
+        let host = |index| medium.host(RobotId::first(index)).with_context(open_files);
+        let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>()?;
         let bell = Doorbell::create(&run.dir.doorbell_path()).context("cannot make the doorbell")?;
         bell.expect(robots);
         drop(opener);
