@@ -14,6 +14,8 @@ use arena_daemon::stop::StopFlag;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Deserialize;
 
+use crate::machine::our_name;
+
 /// Side of the scenario's arena, meters: 8 feet.
 const SIDE_M: f64 = 2.4384;
 /// Robots in it.
@@ -107,6 +109,8 @@ impl Lamplight {
         let side_m = side_m(robots);
         // Files, not pipes: nobody has to read them while the run lasts.
         let (mut output, mut log) = (tempfile::tempfile()?, tempfile::tempfile()?);
+        // Only processes have a run with a name.
+        let name = (engine == Engine::Lockstep).then(|| format!("--name={}", our_name()));
         let mut run = Command::new(&self.program)
             .arg("run")
             .arg(&self.scenario)
@@ -114,6 +118,7 @@ impl Lamplight {
             .args(["--robots", &robots.to_string()])
             .args(["--duration", &(f64::from(ticks) / TICKS_PER_S).to_string()])
             .args(["--set", &format!("arena.size_m=[{side_m}, {side_m}]")])
+            .args(name)
             .args(self.sets.iter().map(|set| format!("--set={set}")))
             .stdin(Stdio::null())
             .stdout(output.try_clone()?)

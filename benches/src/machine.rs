@@ -1,6 +1,10 @@
 //! Where it was measured, in one line: figures mean nothing without it.
 
-use std::{fs, io, process::Command, thread::available_parallelism};
+use std::{
+    fs, io,
+    process::{self, Command},
+    thread::available_parallelism,
+};
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
@@ -14,6 +18,11 @@ pub(crate) fn described() -> String {
 pub(crate) fn raise_open_files() -> io::Result<()> {
     let limit = getrlimit(Resource::Nofile);
     Ok(setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit })?)
+}
+
+/// What is ours alone on this machine is called so, or begins so: runs, files, addresses.
+pub(crate) fn our_name() -> String {
+    format!("tick-cost-{}", process::id())
 }
 
 /// How many files we have open, of how many: what a swarm that is too large fails by first.

@@ -2,8 +2,8 @@
 //! interrupted.
 //!
 //! Processes are found by a mark in their environment, which every process inherits from the bench. Files
-//! would lie in shared memory under the bench's process number, or in the folder for temporary files,
-//! which is the test's own. Peers that `lamplight` plays need it beside the bench (`scripts/build`).
+//! would lie in shared memory under a name with the bench's process number, or in the folder for temporary
+//! files, which is the test's own. Peers that `lamplight` plays need it beside the bench (`scripts/build`).
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 #![forbid(unsafe_code)]
@@ -64,15 +64,25 @@ impl Bench {
         }
     }
 
+    /// Whether a file in shared memory is of this bench.
+    fn is_ours(&self, name: &str) -> bool {
+        let after = name.split_once(&self.name()).map(|(_, after)| after);
+        after.is_some_and(|after| !after.starts_with(|next: char| next.is_ascii_digit()))
+    }
+
+    /// What everything of it is called, or begins with.
+    fn name(&self) -> String {
+        format!("tick-cost-{}", self.child.id())
+    }
+
     /// Its status and what it has printed, once it has ended without a trace.
     fn ended(mut self) -> (Option<i32>, String) {
         let mut stdout = self.child.stdout.take().unwrap();
         let printed = std::io::read_to_string(&mut stdout).unwrap();
         let status = self.child.wait().unwrap();
         assert_eq!(self.processes(), 0);
-        let number = self.child.id().to_string();
         let mut left = files(self.temporary.path());
-        left.extend(files(Path::new("/dev/shm")).into_iter().filter(|name| name.contains(&number)));
+        left.extend(files(Path::new("/dev/shm")).into_iter().filter(|name| self.is_ours(name)));
         assert!(left.is_empty(), "{left:?}");
         (status.code(), printed)
     }
@@ -163,7 +173,8 @@ fn agents_leave_a_killed_bench_and_so_does_every_file() {
 #[test]
 fn an_idle_run_whose_bench_was_killed_is_dead_and_can_be_removed() {
     let bench = killed("idle");
-    let run = RunDir::of(format!("tick-cost-{}", bench.child.id()).parse().unwrap());
+    assert!(files(Path::new("/dev/shm")).iter().any(|name| bench.is_ours(name)), "that is what we look for");
+    let run = RunDir::of(bench.name().parse().unwrap());
     assert!(run.remove_if_dead().unwrap().is_some_and(|entries| entries > 0));
     bench.ended();
 }

@@ -23,6 +23,7 @@ use protocol::{
 };
 
 use super::{ALIVE_POLL, ANSWER_TIMEOUT, ANSWER_WORDS, Floor, GRANT_WORDS, ROBOTS_MAX, agents::Agents};
+use crate::machine::our_name;
 
 /// The hidden subcommand.
 pub(crate) const AGENT: &str = "futex-agent";
@@ -60,7 +61,7 @@ impl Futex {
     /// Starts `robots` agents and waits until they are all there.
     pub(crate) fn raise(robots: u32) -> anyhow::Result<Self> {
         let folder = tempfile::Builder::new()
-            .prefix("tick-cost-")
+            .prefix(&format!("{}-", our_name()))
             .tempdir_in("/dev/shm")
             .context("cannot make a folder in shared memory")?;
         let (bell_path, lanes_path) = (folder.path().join("doorbell"), folder.path().join("lanes"));

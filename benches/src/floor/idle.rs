@@ -28,7 +28,7 @@ use protocol::{
 };
 
 use super::{ALIVE_POLL, ANSWER_TIMEOUT, Floor, agents::Agents};
-use crate::machine::open_files;
+use crate::machine::{open_files, our_name};
 
 /// The hidden subcommand.
 pub(crate) const AGENT: &str = "idle-agent";
@@ -114,8 +114,7 @@ struct OwnRun {
 
 impl OwnRun {
     fn create() -> anyhow::Result<Self> {
-        let name = format!("tick-cost-{}", process::id()).parse()?;
-        let (dir, owner) = RunDir::create(name)?;
+        let (dir, owner) = RunDir::create(our_name().parse()?)?;
         let arena = dir.go_live()?;
         Ok(Self { dir, locks: Some((owner, arena)) })
     }

@@ -17,6 +17,7 @@ use clap::Args;
 use super::{
     ALIVE_POLL, ANSWER_BYTES, ANSWER_TIMEOUT, Floor, GRANT_BYTES, agents::Agents, answer, check, grant,
 };
+use crate::machine::our_name;
 
 /// The hidden subcommand.
 pub(crate) const AGENT: &str = "zeromq-agent";
@@ -53,7 +54,7 @@ impl Zeromq {
         router.set_linger(0)?;
         router.set_backlog(robots as i32)?;
         router.set_rcvtimeo(ANSWER_TIMEOUT.as_millis() as i32)?;
-        let address = format!("ipc://@tick-cost-{}", process::id());
+        let address = format!("ipc://@{}", our_name());
         router.bind(&address).with_context(|| format!("cannot listen at {address}"))?;
         let identities: Vec<String> = (0..robots).map(|index| index.to_string()).collect();
         let mut agents = Agents::default();
