@@ -17,13 +17,15 @@ use clap::Args;
 use protocol::{
     command::Command,
     doorbell::{Doorbell, Ring},
+    footprint,
     frame::BodyVector,
     packet::Packet,
     percept::{Delivery, Percept},
-    raw::RawCommand,
+    raw::{Frames, RawCommand},
     robot_id::RobotId,
     run_dir::{RunDir, RunLock, RunName},
     services::{AgentPorts, ArenaPorts, Medium},
+    setup::Mode,
     units::{Meters, Radians},
 };
 
@@ -45,6 +47,7 @@ pub(crate) struct Idle {
     _medium: Medium,
     bell: Doorbell,
     percept: Percept,
+    frames: Frames,
     _run: OwnRun,
 }
 
@@ -74,26 +77,36 @@ impl Idle {
         }
         drop(gate);
         let medium = Medium::enter(&run.dir)?;
-        let host = |index| medium.host(RobotId::first(index)).with_context(open_files);
+        let plane = Mode::Lockstep.plane();
+        let host = |index| medium.host(RobotId::first(index), plane).with_context(open_files);
         let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>()?;
         let bell = Doorbell::create(&run.dir.doorbell_path()).context("cannot make the doorbell")?;
         bell.expect(robots);
         drop(opener);
         ensure!(bell.wait_for_answers(ANSWER_TIMEOUT), "the agents did not join in time");
-        Ok(Self { _agents: agents, robots: members, _medium: medium, bell, percept: percept(), _run: run })
+        let frames = Frames::of(robots as usize);
+        Ok(Self {
+            _agents: agents,
+            robots: members,
+            _medium: medium,
+            bell,
+            percept: percept(),
+            frames,
+            _run: run,
+        })
     }
 }
 
 impl Floor for Idle {
     fn tick(&mut self, number: u64) -> anyhow::Result<()> {
         self.percept.tick = number;
-        for ports in &self.robots {
-            ports.send(&self.percept)?;
+        for ports in &mut self.robots {
+            ports.send(&self.percept, &mut self.frames)?;
         }
         self.bell.expect(self.robots.len() as u32);
         self.bell.ring();
         ensure!(self.bell.wait_for_answers(ANSWER_TIMEOUT), "an agent does not answer tick {number}");
-        for (ports, index) in self.robots.iter().zip(0..) {
+        for (ports, index) in self.robots.iter_mut().zip(0..) {
             let robot = RobotId::first(index);
             // Without descriptors for its connection, the transport is silent.
             let silent = || format!("nothing is heard from {robot} at tick {number}; {}", open_files());
@@ -148,7 +161,8 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
     let (run, arena) = RunDir::open(args.run.clone())?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the doorbell")?;
     let id = RobotId::first(args.robot);
-    let ports = Medium::enter(&run)?.join(id)?;
+    let mut ports = Medium::enter(&run)?.join(id, Mode::Lockstep.plane())?;
+    footprint::trim();
     let mut percept = Percept::empty(0);
     let mut seen = bell.round();
     bell.answer();
@@ -157,7 +171,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
             Ring::Closed => return Ok(()),
             Ring::Round(round) => {
                 seen = round;
-                hear(&ports, &mut percept)?;
+                hear(&mut ports, &mut percept)?;
                 ports.send(RawCommand::new(percept.tick, &stand_still(id, &percept), process::id()))?;
                 bell.answer();
             }
@@ -168,9 +182,9 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
 }
 
 /// Reads every percept that waits, as a robot's agent does; here it is one.
-fn hear(ports: &AgentPorts, percept: &mut Percept) -> anyhow::Result<()> {
+fn hear(ports: &mut AgentPorts, percept: &mut Percept) -> anyhow::Result<()> {
     let mut heard = false;
-    while let Some(refused) = ports.receive(|header, deliveries| header.read(deliveries, percept))? {
+    while let Some(refused) = ports.receive(percept)? {
         ensure!(refused? == 0 && percept.deliveries.len() == DELIVERIES as usize, "a spoilt percept");
         heard = true;
     }
