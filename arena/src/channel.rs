@@ -73,7 +73,7 @@ enum Medium {
     /// All packets at once and in no time, at the beginning of a cycle.
     Instant(Instant),
     /// Packets last, and meet.
-    Timed(Air),
+    Timed(Box<Air>),
 }
 
 impl Channel {
@@ -81,7 +81,7 @@ impl Channel {
     pub fn new(scenario: &Scenario) -> Self {
         let medium = match scenario.channel.access {
             None | Some(Access::Instant) => Medium::Instant(Instant::default()),
-            Some(_) => Medium::Timed(Air::new(scenario)),
+            Some(_) => Medium::Timed(Box::new(Air::new(scenario))),
         };
         Self {
             reach: Reach::new(scenario),

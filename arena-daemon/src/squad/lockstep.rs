@@ -35,6 +35,8 @@ pub struct Lockstep {
     stop: StopFlag,
     /// Whether everybody has been there once.
     mustered: bool,
+    /// Whom the present tick waits for; kept for its memory alone.
+    awaited: Vec<usize>,
 }
 
 /// A squad on loan for one trial: see [`Lockstep::trial`].
@@ -47,7 +49,12 @@ pub struct Trial<'a> {
 impl Lockstep {
     /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
     pub fn open(scenario: &Scenario, hosting: Hosting, stop: StopFlag) -> Result<Self, SquadError> {
-        Ok(Self { members: Members::open(scenario, Mode::Lockstep, hosting)?, stop, mustered: false })
+        Ok(Self {
+            members: Members::open(scenario, Mode::Lockstep, hosting)?,
+            stop,
+            mustered: false,
+            awaited: Vec::new(),
+        })
     }
 
     /// Plays one trial of `scenario` after another by the same agents: once it has been mustered, the squad
@@ -72,7 +79,7 @@ impl Lockstep {
     /// Waits for the answers of `missing`, and deals with those that do not come.
     fn await_answers(
         &mut self,
-        mut missing: Vec<usize>,
+        missing: &mut Vec<usize>,
         tick: Tick,
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
@@ -81,20 +88,20 @@ impl Lockstep {
         let mut was_late = false;
         loop {
             let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
-            missing = self.collect(missing, tick, answers)?;
+            self.collect(missing, tick, answers)?;
             if missing.is_empty() || self.stop.is_raised() {
                 return Ok(());
             }
             let late = rung.elapsed() > self.members.hang_timeout;
             let mut waited_for = Vec::new();
-            for index in missing {
+            for &index in &*missing {
                 if was_late && late {
                     self.members.give_up_on(index, tick)?;
                 } else if !self.members.bury_if_dead(index, tick)? {
                     waited_for.push(index);
                 }
             }
-            missing = waited_for;
+            *missing = waited_for;
             was_late = late;
             if announced {
                 thread::sleep(EARLY_RING);
@@ -102,22 +109,27 @@ impl Lockstep {
         }
     }
 
-    /// Reads the uplinks of `missing`; returns those that have not answered.
+    /// Reads the uplinks of `missing`, where those stay who have not answered.
     fn collect(
         &mut self,
-        missing: Vec<usize>,
+        missing: &mut Vec<usize>,
         tick: Tick,
         answers: &mut Answers,
-    ) -> Result<Vec<usize>, SquadError> {
-        let mut silent = Vec::new();
-        for index in missing {
+    ) -> Result<(), SquadError> {
+        let mut silent = 0;
+        for at in 0..missing.len() {
+            let index = missing[at];
             match self.members.hear(index, tick..=tick)? {
                 Heard::Command(_, command) => answers[index] = Some(command),
                 Heard::Refused => answers[index] = None,
-                Heard::Nothing => silent.push(index),
+                Heard::Nothing => {
+                    missing[silent] = index;
+                    silent += 1;
+                }
             }
         }
-        Ok(silent)
+        missing.truncate(silent);
+        Ok(())
     }
 }
 
@@ -150,13 +162,15 @@ impl Squad for Lockstep {
         let tick = percepts.first().map_or(0, |percept| percept.tick);
         answers.fill(None);
         self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
-        let present = self.members.send(percepts)?;
-        self.members.doorbell.expect(present.len() as u32);
+        let mut awaited = mem::take(&mut self.awaited);
+        self.members.send(percepts, &mut awaited)?;
+        self.members.doorbell.expect(awaited.len() as u32);
         self.members.recorder.iter_mut().for_each(Recorder::ring);
         self.members.doorbell.ring();
         // While they are at work.
         self.members.recorder.iter_mut().for_each(Recorder::digest);
-        self.await_answers(present, tick, answers)?;
+        self.await_answers(&mut awaited, tick, answers)?;
+        self.awaited = awaited;
         self.members.welcome(tick, answers)
     }
 

@@ -176,7 +176,7 @@ impl Members {
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         let mut answers: Answers = vec![None; self.members.len()];
         let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
-        self.send(&percepts)?;
+        self.send(&percepts, &mut Vec::new())?;
         self.members.iter_mut().for_each(|member| member.presence = Presence::expected());
         self.doorbell.expect(self.members.len() as u32);
         self.doorbell.ring();
@@ -289,9 +289,9 @@ impl Members {
         self.miss(index, tick, what)
     }
 
-    /// Sends a percept to every agent that takes part; returns their indices.
-    pub(super) fn send(&mut self, percepts: &[Percept]) -> Result<Vec<usize>, SquadError> {
-        let mut present = Vec::with_capacity(percepts.len());
+    /// Sends a percept to every agent that takes part, and writes their indices over `present`.
+    pub(super) fn send(&mut self, percepts: &[Percept], present: &mut Vec<usize>) -> Result<(), SquadError> {
+        present.clear();
         for (index, (member, percept)) in self.members.iter_mut().zip(percepts).enumerate() {
             if let (Presence::Present, Some(ports)) = (member.presence, &mut member.ports) {
                 ports.send(percept, &mut self.frames)?;
@@ -301,7 +301,7 @@ impl Members {
                 present.push(index);
             }
         }
-        Ok(present)
+        Ok(())
     }
 
     /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`

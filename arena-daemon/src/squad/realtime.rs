@@ -125,7 +125,8 @@ impl Squad for Realtime {
         self.forgive_own_absence();
         answers.fill(None);
         self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
-        let present = self.members.send(percepts)?;
+        let mut present = Vec::with_capacity(percepts.len());
+        self.members.send(percepts, &mut present)?;
         self.members.doorbell.ring();
         self.members.recorder.iter_mut().for_each(Recorder::digest);
         for index in present {

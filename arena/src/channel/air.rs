@@ -45,6 +45,10 @@ pub(super) struct Air {
     degrees: Vec<Option<u32>>,
     crowding: Crowding,
     by_robot: ByRobot,
+    /// Start, sender and number of packets that start in a tick; kept for its memory alone.
+    starting: Vec<(f64, u32, u64)>,
+    /// Memory of packets that are forgotten, for those to come.
+    spare: Vec<Reached>,
 }
 
 /// What is in `packets`, robot by robot; kept for its memory alone.
@@ -145,6 +149,8 @@ impl Air {
             degrees: vec![None; robots as usize],
             crowding: Crowding::default(),
             by_robot: ByRobot::default(),
+            starting: Vec::new(),
+            spare: Vec::new(),
         }
     }
 
@@ -178,7 +184,7 @@ impl Air {
         moment: &Moment<'_>,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> u64 {
-        let mut starting: Vec<(f64, u32, u64)> = Vec::new();
+        let mut starting = mem::take(&mut self.starting);
         for (sender, next) in self.next.iter_mut().enumerate() {
             while next.start_s < self.played_s {
                 starting.push((next.start_s, sender as u32, next.number));
@@ -186,16 +192,17 @@ impl Air {
                 *next = Next { number, start_s: self.schedule.start_s(sender as u32, number) };
             }
         }
-        starting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        starting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         reach.look(moment.poses, |robot| moment.said[robot].is_some());
-        for (start_s, sender, number) in starting {
+        for (start_s, sender, number) in starting.drain(..) {
             let Some(packet) = moment.said[sender as usize] else { continue };
-            let mut reached = Reached::default();
+            let mut reached = self.spare.pop().unwrap_or_default();
             reach.of(sender, number, &mut reached);
             self.degrees[sender as usize] = Some(reached.robots.len() as u32);
             let packet = transmit(sender, packet);
             self.packets.push(Transmission { sender, number, start_s, packet, reached });
         }
+        self.starting = starting;
         reach.listeners()
     }
 
@@ -284,7 +291,7 @@ impl Air {
     fn forget(&mut self) {
         let oldest_s = self.played_s - 2.0 * self.airtime_s - TOUCH_S;
         let first_kept = self.packets[..self.resolved].partition_point(|packet| packet.start_s < oldest_s);
-        self.packets.drain(..first_kept);
+        self.spare.extend(self.packets.drain(..first_kept).map(|packet| packet.reached));
         self.resolved -= first_kept;
     }
 }

@@ -1,0 +1,73 @@
+//! A steady tick asks for no memory: neither the arena, nor a mind, nor what carries messages between them.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use allocation_counter::measure;
+use arena::{
+    Arena,
+    scenario::{Override, Scenario},
+};
+use coverage::Controller;
+use protocol::{
+    percept::Percept,
+    raw::{Frames, RawCommand},
+    robot_id::RobotId,
+    run_dir::RunDir,
+    services::Medium,
+    setup::{Mode, Plane},
+};
+
+/// Ticks until every crowd has been seen, and ticks in which nothing new is.
+const WARM_UP: u32 = 1500;
+const STEADY: u32 = 100;
+
+#[test]
+fn a_steady_tick_in_process_allocates_nothing() {
+    for set in ["channel.profile=ideal", "channel.profile=isis"] {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
+        let overrides: Vec<Override> = [set, "robots.count=40"].map(|set| set.parse().unwrap()).into();
+        let scenario = Scenario::load(&file, &overrides).unwrap();
+        let mut arena = Arena::new(&scenario).unwrap();
+        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let mut minds: Vec<_> = (0..40).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+        let mut answers: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
+        let mut tick = || {
+            arena.strikes(&[]);
+            let Some(percepts) = arena.tick(&answers) else { return };
+            for ((mind, percept), answer) in minds.iter_mut().zip(percepts).zip(&mut answers) {
+                *answer = Some(mind.step(percept));
+            }
+        };
+        (0..WARM_UP).for_each(|_| tick());
+        // By chance a crowd may still be larger than any before it, and a list grow once more.
+        let grown = measure(|| (0..STEADY).for_each(|_| tick())).count_total;
+        println!("{set}: {grown} allocations in {STEADY} ticks of 40 robots");
+        assert!(grown <= 3, "{set}: {grown} allocations in {STEADY} ticks");
+    }
+}
+
+#[test]
+fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
+    let name = format!("test-allocations-{}", std::process::id());
+    let (run, owner) = RunDir::create(name.parse().unwrap()).unwrap();
+    let robot = RobotId::first(0);
+    let arena = Medium::enter(&run).unwrap();
+    let mut host = arena.host(robot, Plane::Blackboard).unwrap();
+    let mut agent = Medium::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
+    let setup = Scenario::load(&file, &[]).unwrap().agent_setup(Mode::Lockstep).controller;
+    let (mut mind, mut frames) = (Controller::new(robot, setup), Frames::of(1));
+    let (mut sent, mut read) = (Percept::empty(0), Percept::empty(0));
+    let exchanged = measure(|| {
+        for tick in 0..u64::from(STEADY) {
+            sent.tick = tick;
+            host.send(&sent, &mut frames).unwrap();
+            assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))));
+            agent.send(RawCommand::new(tick, &mind.step(&read), 1)).unwrap();
+            assert!(host.receive().unwrap().is_some());
+        }
+    });
+    assert_eq!(exchanged.count_total, 0);
+    drop((host, agent, arena));
+    run.remove_own(owner).unwrap();
+}
