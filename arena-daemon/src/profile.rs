@@ -7,6 +7,7 @@
 //! Nothing of it reaches arena or agents: a run goes the same way whether it is measured or not.
 
 mod columns;
+mod counters;
 mod cycle_times;
 mod flight;
 mod histograms;
@@ -25,6 +26,7 @@ use protocol::{cycles::Source, setup::Mode};
 use serde::Serialize;
 
 pub use columns::Columns;
+pub use counters::Counted;
 pub use cycle_times::{CycleTimes, Stage};
 pub use histograms::{Histograms, Span, Spread};
 pub use recorder::{Observer, Recorder};
@@ -75,6 +77,8 @@ pub struct RobotProfile {
     pub missed_deadlines: u64,
     /// What the process of its present life has used, if it was there at the end.
     pub usage: Option<Usage>,
+    /// What the processor counted of it, where it does and its life began with the run.
+    pub counted: Option<Counted>,
 }
 
 impl Profile {

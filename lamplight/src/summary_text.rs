@@ -76,7 +76,7 @@ fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
     let stages = &agents["stages_us"];
     write!(text, "agents: cycle {} (medians:", both(&agents["cycle_us"]))?;
     for (at, stage) in STAGES.into_iter().enumerate() {
-        write!(text, "{} {stage} {:.1}", if at == 0 { "" } else { "," }, median(&stages[stage]))?;
+        write!(text, "{} {stage} {:.2}", if at == 0 { "" } else { "," }, median(&stages[stage]))?;
     }
     writeln!(text, ")")?;
     write!(text, "agents: wake-up {}", both(&stages["wake"]))?;

@@ -12,44 +12,46 @@ const REMEMBERED: usize = 4;
 
 /// First parts, nanoseconds, of the packets that each robot has sent last.
 #[derive(Debug)]
-pub(super) struct Origins(Vec<Sender>);
-
-#[derive(Clone, Debug)]
-struct Sender {
-    incarnation: u16,
-    packets: [Option<Origin>; REMEMBERED],
+pub(super) struct Origins {
+    /// The last one: nearly all that is asked for, and small enough for the nearest cache.
+    latest: Vec<Option<Origin>>,
+    /// Those before it, and it too.
+    recent: Vec<[Option<Origin>; REMEMBERED]>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     sequence: u32,
     first_ns: u32,
+    incarnation: u16,
 }
 
 impl Origins {
     pub(super) fn new(robots: usize) -> Self {
-        Self(vec![Sender { incarnation: 0, packets: [None; REMEMBERED] }; robots])
+        Self { latest: vec![None; robots], recent: vec![[None; REMEMBERED]; robots] }
     }
 
     /// The arena has taken in a command with `packet`; its first part took `first_ns`.
     pub(super) fn note(&mut self, packet: &Packet, first_ns: u32) {
         let RobotId { index, incarnation } = packet.sender;
-        let sender = &mut self.0[index as usize];
-        if sender.incarnation != incarnation {
-            *sender = Sender { incarnation, packets: [None; REMEMBERED] };
-        }
-        let sequence = packet.sequence;
-        sender.packets[sequence as usize % REMEMBERED] = Some(Origin { sequence, first_ns });
+        let (sequence, index) = (packet.sequence, index as usize);
+        let origin = Some(Origin { sequence, first_ns, incarnation });
+        self.latest[index] = origin;
+        self.recent[index][sequence as usize % REMEMBERED] = origin;
     }
 
     /// First part of a packet, if it is known: a first word, a packet delayed for long, or one in a false name
     /// has none.
     #[inline]
     pub(super) fn of(&self, packet: &Packet) -> Option<u32> {
-        let sender = self.0.get(packet.sender.index as usize)?;
-        let origin = sender.packets[packet.sequence as usize % REMEMBERED]?;
-        let is_it = origin.sequence == packet.sequence && sender.incarnation == packet.sender.incarnation;
-        is_it.then_some(origin.first_ns)
+        let index = packet.sender.index as usize;
+        let first_ns = |origin: &Option<Origin>| {
+            let Origin { sequence, first_ns, incarnation } = (*origin)?;
+            let is_it = sequence == packet.sequence && incarnation == packet.sender.incarnation;
+            is_it.then_some(first_ns)
+        };
+        let recent = || first_ns(&self.recent[index][packet.sequence as usize % REMEMBERED]);
+        first_ns(self.latest.get(index)?).or_else(recent)
     }
 }
 
@@ -73,7 +75,8 @@ mod tests {
             assert_eq!(origins.of(&unknown), None, "{unknown:?}");
         }
         origins.note(&packet(1, 1, 0), 5);
-        assert_eq!(origins.of(&packet(1, 0, 8)), None, "the life is over");
+        assert_eq!(origins.of(&packet(1, 1, 0)), Some(5));
+        assert_eq!(origins.of(&packet(1, 1, 8)), None, "that is of another life");
         origins.note(&packet(1, 1, 4), 6);
         assert_eq!(origins.of(&packet(1, 1, 0)), None, "so many packets later it is forgotten");
     }

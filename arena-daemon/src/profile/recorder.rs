@@ -20,9 +20,10 @@ use protocol::{
 
 use super::{
     ClockUsed, Profile, RobotProfile,
+    counters::Counters,
     cycle_times::{CycleTimes, Stage},
     flight::Origins,
-    histograms::{Histograms, Span},
+    histograms::{Histograms, Span, Tally},
     journal::{Answer, Journal, Round},
     usage::Usage,
 };
@@ -44,12 +45,15 @@ pub struct Recorder {
     calibration: Calibration,
     /// Once all have joined.
     began: Option<Began>,
+    counters: Option<Counters>,
     rung: Stamp,
     journal: Journal,
     origins: Origins,
     robots: Vec<Robot>,
     /// Used over and over.
     rows: Vec<CycleTimes>,
+    /// Used over and over.
+    packets: Tally,
     left_out: u64,
     packets_unknown: u64,
     observer: Option<Observer>,
@@ -102,12 +106,14 @@ impl Recorder {
             clock,
             calibration: Calibration::begin(clock),
             began: None,
+            counters: None,
             rung: Stamp(0),
             // Those that a robot's turn comes for, those that may still be answered, and the present one.
             journal: Journal::new(robots, ROUNDS + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
             robots: (0..robots).map(|_| Robot::default()).collect(),
             rows: Vec::with_capacity(ROUNDS),
+            packets: Tally::new(),
             left_out: 0,
             packets_unknown: 0,
             observer: None,
@@ -119,8 +125,9 @@ impl Recorder {
         self.observer = Some(observer);
     }
 
-    /// Everyone has joined: the run's time begins.
-    pub fn begin(&mut self) {
+    /// Everyone has joined, by `processes` in the order of robots: the run's time begins.
+    pub fn begin(&mut self, processes: &[Option<Process>]) {
+        self.counters = Some(Counters::open(processes));
         let rate = self.calibration.finish();
         self.began = Some(Began { at: self.clock.now(), at_time: SystemTime::now(), rate });
     }
@@ -197,20 +204,24 @@ impl Recorder {
             self.work_in(index, self.journal.rounds());
         }
         let length = began.rate.ns(self.clock.now().since(began.at)?);
-        let robots = self.robots.into_iter().zip(processes).map(|(robot, process)| RobotProfile {
+        let mut counters = self.counters?;
+        let robots = self.robots.into_iter().zip(processes).enumerate();
+        let robots = robots.map(|(index, (robot, process))| RobotProfile {
             missed_deadlines: robot.missed_before + u64::from(robot.missed),
             counts: robot.counts,
             cycles: robot.cycles,
             histograms: robot.histograms,
             usage: process.and_then(Usage::of),
+            counted: process.and_then(|process| counters.read(index, process)),
         });
+        let robots = robots.collect();
         Some(Profile {
             clock: ClockUsed { source: self.clock.source(), mhz: began.rate.per_us() },
-            hardware_counters: "none".into(),
+            hardware_counters: counters.told().into(),
             mode: self.mode,
             began: began.at_time,
             length: Duration::from_nanos(length),
-            robots: robots.collect(),
+            robots,
             cycles_left_out: self.left_out,
             packets_unknown: self.packets_unknown,
         })
@@ -237,8 +248,7 @@ impl Recorder {
                 continue;
             }
             for &first_ns in first_ns {
-                let ns = u64::from(first_ns) + u64::from(answer.second_ns);
-                robot.histograms.record(Span::Packet, ns);
+                self.packets.add(u64::from(first_ns) + u64::from(answer.second_ns));
             }
             match robot.answered(index, answer, began) {
                 Ok(None) => {}
@@ -252,6 +262,7 @@ impl Recorder {
                 Err(NoSense) => self.left_out += 1,
             }
         }
+        self.packets.pour(&mut robot.histograms, Span::Packet);
         robot.histograms.fold(&self.rows);
         if let Some(observer) = self.observer.as_mut().filter(|_| !self.rows.is_empty()) {
             observer(&self.rows);

@@ -160,7 +160,10 @@ impl Members {
         self.announce_by_hand();
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
-        self.recorder.iter_mut().for_each(Recorder::begin);
+        if let Some(recorder) = &mut self.recorder {
+            let processes: Vec<_> = self.members.iter().map(|member| member.process).collect();
+            recorder.begin(&processes);
+        }
         Ok(answers)
     }
 

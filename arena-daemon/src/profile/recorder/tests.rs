@@ -15,7 +15,7 @@ const FAR: u64 = 1 << 30;
 
 fn recorder(mode: Mode) -> Recorder {
     let mut recorder = Recorder::new(2, mode);
-    recorder.begin();
+    recorder.begin(&[None, None]);
     recorder
 }
 
