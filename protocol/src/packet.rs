@@ -14,7 +14,7 @@
 //! Range, bearing and orientation are not in the packet: the receiver's infrared ring measures them.
 
 use arrayvec::ArrayVec;
-use crc::{CRC_16_IBM_3740, Crc};
+use crc::{CRC_16_IBM_3740, Crc, Table};
 
 use crate::robot_id::RobotId;
 
@@ -31,7 +31,9 @@ const CRC_BYTES: usize = 2;
 pub const LOCALIZATION_BYTES: usize = HEADER_BYTES + LIGHT_BYTES + CRC_BYTES;
 const _: () = assert!(LOCALIZATION_BYTES <= PACKET_BYTES_MAX);
 
-const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+/// By sixteen bytes at a time, which is what a localization packet has before its checksum. A static, as a table
+/// that all agents share.
+static CHECKSUM: Crc<u16, Table<16>> = Crc::<u16, Table<16>>::new(&CRC_16_IBM_3740);
 
 /// The bytes of one frame in the air.
 pub type Frame = ArrayVec<u8, PACKET_BYTES_MAX>;

@@ -5,7 +5,7 @@
 //! is in the name because a killed agent's port stays taken: its successor gets services of its own. One
 //! reader and one writer at most keep a second agent from driving the same robot.
 //!
-//! There are two planes, which agree to the last bit: [`blackboard`] and [`publish_subscribe`].
+//! There are two planes, which agree to the last bit: `blackboard` and `publish_subscribe`.
 
 mod blackboard;
 mod publish_subscribe;

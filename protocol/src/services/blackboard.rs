@@ -249,12 +249,12 @@ impl AgentPorts {
             if left == 0 {
                 break;
             }
-            let Part { number, value } = *block.get();
-            if number != head.number {
+            let block = block.get();
+            if block.number != head.number {
                 return None;
             }
             let used = left.min(BLOCK);
-            refused += add_deliveries(&value[..used], percept);
+            refused += add_deliveries(&block.value[..used], percept);
             left -= used;
         }
         // More than there is room for: nobody honest sends that.
