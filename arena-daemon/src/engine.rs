@@ -16,7 +16,7 @@ use crate::{
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
     profile::Totals,
-    progress::{Progress, Status},
+    progress::{Audience, Progress, Status},
     squad::{Answers, Squad, SquadError},
     stop::StopFlag,
     summary::{Delivered, Ending, Fault, Summary, TickTimes},
@@ -35,8 +35,8 @@ pub struct Plan {
     pub overload: Overload,
     /// Whether the arena may use all cores: it is the only one at work.
     pub shares: bool,
-    /// No progress on standard error.
-    pub quiet: bool,
+    /// Who sees how it goes on.
+    pub audience: Audience,
 }
 
 /// Looks at the arena and the answers to its percepts after each tick. What it objects to ends the run.
@@ -88,6 +88,7 @@ pub fn run(
         Err(error) => Err(Interruption::Squad(error)),
     };
     let wall = started.elapsed();
+    logbook::at_no_tick();
     let profile = run.squad.profile();
     run.squad.dismiss();
     let (ended, failure) = match course {
@@ -136,7 +137,7 @@ impl Run<'_> {
         let factor = plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0));
         let mut pace = Pace::new(factor, plan.overload, Instant::now());
         let mut told = None;
-        let mut progress = Progress::begin(self.scenario.ticks(), plan.quiet);
+        let mut progress = Progress::begin(self.scenario.ticks(), plan.audience);
         while !self.stop.is_raised() {
             self.tick().map_err(Interruption::Squad)?;
             observer(self.arena, &self.answers).map_err(Interruption::Observer)?;
@@ -194,6 +195,7 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
+        logbook::at_tick(self.arena.next_tick());
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
         if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {

@@ -11,7 +11,7 @@ use arena_daemon::{
     link::{self, Link, Trials},
     options::RunOptions,
     outputs::Outputs,
-    progress,
+    progress::{self, Audience},
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
     stop::StopFlag,
     summary::Summary,
@@ -46,6 +46,10 @@ struct Cli {
     #[arg(long, hide = true)]
     supervised: bool,
 
+    /// Report progress to the supervisor, which shows it
+    #[arg(long, hide = true, requires = "supervised")]
+    live: bool,
+
     /// Play trial after trial, as the supervisor orders
     #[arg(long, hide = true, requires = "supervised")]
     trials: bool,
@@ -53,7 +57,9 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    progress::init_log(cli.run.quiet);
+    let (quiet, format) = (cli.run.quiet, cli.run.log_format());
+    progress::init_log(quiet, format, progress::beside_live_line, !cli.supervised);
+    logbook::in_run(&cli.name);
     let outcome = run(&cli);
     let failure = match &outcome {
         Ok(Over::Run(summary)) => summary.failure.clone(),
@@ -70,7 +76,7 @@ fn main() -> ExitCode {
         // A supervisor says it in its own words.
         Some(_) if cli.supervised => ExitCode::FAILURE,
         Some(failure) => {
-            eprintln!("error: {failure}");
+            logbook::fatal(env!("CARGO_CRATE_NAME"), &failure);
             ExitCode::FAILURE
         }
         None => ExitCode::SUCCESS,
@@ -125,14 +131,13 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
         Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
     };
-    let plan = Plan {
-        engine: "processes",
-        mode,
-        speed: cli.run.speed,
-        overload: cli.run.overload,
-        shares: true,
-        quiet: cli.run.quiet,
+    let audience = match (cli.run.quiet, cli.live) {
+        (true, _) => Audience::Nobody,
+        (false, true) => Audience::Supervisor,
+        (false, false) => Audience::StandardError,
     };
+    let (speed, overload) = (cli.run.speed, cli.run.overload);
+    let plan = Plan { engine: "processes", mode, speed, overload, shares: true, audience };
     engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, &mut engine::content)
 }
 

@@ -6,7 +6,11 @@ use std::{
 };
 
 use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
-use clap::{Args, ValueEnum};
+use clap::{
+    Args, ValueEnum,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use logbook::Format;
 use protocol::setup::Mode;
 
 use crate::pace::Overload;
@@ -65,13 +69,18 @@ pub struct RunOptions {
     #[arg(long, value_enum, default_value_t)]
     pub overload: Overload,
 
-    /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog and scenario.toml to this new folder
+    /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog, scenario.toml and the log to
+    /// this new folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
     /// Do not measure what the agents take (saves a little time)
     #[arg(long)]
     pub no_profile: bool,
+
+    /// How log lines are written, on standard error [default: what LAMPLIGHT_LOG says, or text]
+    #[arg(long, value_name = "FORMAT", value_parser = log_format())]
+    pub log: Option<Format>,
 
     /// No progress and no notes on standard error, only warnings and errors
     #[arg(long, short)]
@@ -134,6 +143,11 @@ impl RunOptions {
         }
     }
 
+    /// How log lines are written.
+    pub fn log_format(&self) -> Format {
+        self.log.unwrap_or_else(Format::from_env)
+    }
+
     /// Arguments by which another program does the same to `scenario`, which is resolved already.
     pub fn arguments(&self, scenario: &Path) -> Vec<OsString> {
         let mode = self.mode.to_possible_value().expect("no mode is hidden");
@@ -158,6 +172,10 @@ impl RunOptions {
         arguments.push(scenario.into());
         arguments
     }
+}
+
+fn log_format() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::NAMES).try_map(|name| name.parse::<Format>())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -7,7 +7,11 @@ use std::{
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
+use logbook::{Format, Settings, Sink};
+use protocol::control::Event;
+use tracing::level_filters::LevelFilter;
+
+use crate::link;
 
 /// Time between plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -32,23 +36,54 @@ pub struct Status {
     pub alive: usize,
 }
 
+/// Who is to see how a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Audience {
+    /// Nobody.
+    Nobody,
+    /// Whoever reads standard error.
+    StandardError,
+    /// The supervisor, which has the terminal.
+    Supervisor,
+}
+
 /// The display of one run.
 #[derive(Debug)]
 pub struct Progress {
-    meter: Meter,
     started: Instant,
+    display: Display,
+}
+
+#[derive(Debug)]
+enum Display {
+    Meter(Meter),
+    Told { ticks: u64, last: Instant },
 }
 
 impl Progress {
-    /// Begins now. `quiet` shows nothing.
-    pub fn begin(ticks: u64, quiet: bool) -> Self {
-        Self { meter: Meter::begin(Some(ticks), quiet), started: Instant::now() }
+    /// Begins now.
+    pub fn begin(ticks: u64, audience: Audience) -> Self {
+        let started = Instant::now();
+        let display = match audience {
+            Audience::Supervisor => Display::Told { ticks, last: started },
+            Audience::StandardError => Display::Meter(Meter::begin(Some(ticks), false)),
+            Audience::Nobody => Display::Meter(Meter::begin(Some(ticks), true)),
+        };
+        Self { started, display }
     }
 
     /// Shows `status` if it is time to.
     pub fn show(&mut self, status: &Status) {
         let started = self.started;
-        self.meter.show(status.tick, || text(status, started.elapsed().as_secs_f64()));
+        let text = || text(status, started.elapsed().as_secs_f64());
+        match &mut self.display {
+            Display::Meter(meter) => meter.show(status.tick, text),
+            Display::Told { ticks, last } if last.elapsed() >= LIVE_EVERY => {
+                *last = Instant::now();
+                link::tell(&Event::Progress { position: status.tick, total: *ticks, text: text() });
+            }
+            Display::Told { .. } => {}
+        }
     }
 }
 
@@ -87,11 +122,16 @@ impl Meter {
         }
         self.shown = Instant::now();
         match &self.live {
-            Some(line) => {
-                line.set_position(position);
-                line.set_message(text());
-            }
+            Some(_) => self.put(position, text()),
             None => tracing::info!("{}", text()),
+        }
+    }
+
+    /// Shows a position and a text on the live line, if there is one.
+    pub fn put(&self, position: u64, text: String) {
+        if let Some(line) = &self.live {
+            line.set_position(position);
+            line.set_message(text);
         }
     }
 
@@ -124,39 +164,22 @@ fn live_line(total: Option<u64>) -> ProgressBar {
     LIVE.get_or_init(|| line).clone()
 }
 
-/// Sends logs to standard error, around the live line. `RUST_LOG` overrides the default level.
-pub fn init_log(quiet: bool) {
-    let default = if quiet { "warn" } else { "info" };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
-    let log = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(BesideLiveLine)
-        .with_ansi(io::stderr().is_terminal())
-        .without_time()
-        .with_target(false);
-    // A second call, as in tests, keeps the first log.
-    let _ = log.try_init();
+/// Begins to log, to `sink`. `RUST_LOG` overrides the default level.
+pub fn init_log(quiet: bool, format: Format, sink: Sink, complains: bool) {
+    logbook::begin(Settings {
+        format,
+        level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO },
+        robot: None,
+        color: io::stderr().is_terminal(),
+        sink,
+        complains,
+    });
 }
 
-struct BesideLiveLine;
-
-impl<'a> MakeWriter<'a> for BesideLiveLine {
-    type Writer = Self;
-
-    fn make_writer(&'a self) -> Self {
-        Self
-    }
-}
-
-impl Write for BesideLiveLine {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match LIVE.get() {
-            Some(line) => line.suspend(|| io::stderr().write(bytes)),
-            None => io::stderr().write(bytes),
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+/// Writes a line to standard error, around the live line.
+pub fn beside_live_line(line: &[u8]) -> io::Result<()> {
+    match LIVE.get() {
+        Some(live) => live.suspend(|| io::stderr().write_all(line)),
+        None => io::stderr().write_all(line),
     }
 }

@@ -16,6 +16,7 @@ use crate::{
     engine::{self, Plan},
     outputs::Outputs,
     pace::Overload,
+    progress::Audience,
     squad::{Squad, Standing},
     stop::StopFlag,
     summary::Ending,
@@ -92,14 +93,8 @@ pub fn play(
     };
     let start = positions(&arena);
     let mut watch = Watch::new(scenario.sample_every_ticks());
-    let plan = Plan {
-        engine,
-        mode: Mode::Lockstep,
-        speed: None,
-        overload: Overload::Report,
-        shares: false,
-        quiet: true,
-    };
+    let (mode, overload) = (Mode::Lockstep, Overload::Report);
+    let plan = Plan { engine, mode, speed: None, overload, shares: false, audience: Audience::Nobody };
     let nowhere = Outputs::begin(None, scenario).context("a trial writes nothing")?;
     let summary = engine::run(scenario, &mut arena, squad, plan, nowhere, stop, &mut |arena, answers| {
         watch.look(arena, answers);

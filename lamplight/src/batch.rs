@@ -16,15 +16,13 @@ use std::{
 };
 
 use anyhow::anyhow;
-use arena_daemon::{
-    progress::{self, Meter},
-    stop::exit_status,
-};
+use arena_daemon::{progress::Meter, stop::exit_status};
 use clap::{Args, ValueEnum};
+use logbook::Format;
 use serde::{Deserialize, Serialize};
 
 use self::{crew::Crew, folder::Folder, plan::Plan};
-use crate::{failure::Failure, run::Engine, say::say};
+use crate::{failure::Failure, log, run::Engine, say::say};
 
 /// What can be kept of every trial beside its row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
@@ -96,7 +94,7 @@ pub(crate) struct BatchArgs {
 }
 
 pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
-    progress::init_log(args.quiet);
+    log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
     let crew = Crew::new(args, &plan)?;
     let mut folder = Folder::open(&args.out, &plan).map_err(Failure::Usage)?;

@@ -3,10 +3,10 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use arena::{Arena, fault::caution::cautions, scenario::Scenario};
-use arena_daemon::progress;
 use clap::Args;
+use logbook::Format;
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, log, say::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
@@ -17,7 +17,7 @@ pub(crate) struct CheckArgs {
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
-    progress::init_log(false);
+    log::begin(false, Format::Text);
     cautions(&scenario, arena.poses()).iter().for_each(|caution| tracing::warn!("{caution}"));
     say(&format!(
         "{}: sound: {} robots, {} ticks of {} s, {} faults\n",

@@ -16,15 +16,16 @@ use anyhow::{Context, anyhow};
 use arena::scenario::{Positive, Scenario};
 use arena_daemon::{
     options::ScenarioOptions,
-    progress::{self, Meter},
+    progress::Meter,
     stop::{StopFlag, exit_status},
     summary::Summary,
 };
 use clap::{Args, ValueEnum};
+use logbook::Format;
 use serde_json::{Value, json};
 
 use self::{invariants::Watcher, twin::Workshop};
-use crate::{failure::Failure, in_process, limits, name, say::say};
+use crate::{failure::Failure, in_process, limits, log, name, say::say};
 
 /// Longest run, in seconds of virtual time, that nobody asked for.
 const DURATION_MAX_S: f64 = 20.0;
@@ -66,7 +67,7 @@ pub(crate) struct FuzzArgs {
 }
 
 pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
-    progress::init_log(args.quiet);
+    log::begin(args.quiet, Format::Text);
     let base = base(args)?;
     if args.engine == Engines::Both {
         limits::prepare(base.robot_count()).map_err(Failure::Usage)?;

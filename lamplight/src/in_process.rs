@@ -8,6 +8,7 @@ use arena_daemon::{
     engine::{self, Observer, Plan},
     outputs::Outputs,
     pace::Overload,
+    progress::Audience,
     squad::in_process::InProcess,
     stop::StopFlag,
     summary::Summary,
@@ -22,22 +23,22 @@ pub(crate) struct Pace {
     pub(crate) speed: Option<f64>,
     /// Whether the arena may use all cores.
     pub(crate) shares: bool,
-    /// No progress on standard error.
-    pub(crate) quiet: bool,
+    /// Who sees how it goes on.
+    pub(crate) audience: Audience,
 }
 
 /// Runs `scenario`, whose start `arena` is, to its end in this process.
 pub(crate) fn run(
     scenario: &Scenario,
     arena: &mut Arena,
-    Pace { speed, shares, quiet }: Pace,
+    Pace { speed, shares, audience }: Pace,
     outputs: Outputs,
     stop: &StopFlag,
     observer: &mut Observer<'_>,
 ) -> anyhow::Result<Summary> {
     let mode = Mode::Lockstep;
     let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
-    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, quiet };
+    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, audience };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 
@@ -49,7 +50,8 @@ pub(crate) fn run_quietly(
 ) -> anyhow::Result<Summary> {
     guarded(|| {
         let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
-        run(scenario, &mut arena, Pace { speed: None, shares: false, quiet: true }, outputs, stop, observer)
+        let pace = Pace { speed: None, shares: false, audience: Audience::Nobody };
+        run(scenario, &mut arena, pace, outputs, stop, observer)
     })
 }
 

@@ -9,6 +9,7 @@ mod failure;
 mod fuzz;
 mod in_process;
 mod limits;
+mod log;
 mod name;
 mod report;
 mod run;
@@ -83,8 +84,10 @@ fn main() -> ExitCode {
         Command::Clean => clean::clean(),
         Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),
     };
-    outcome.unwrap_or_else(|failure: Failure| {
-        eprintln!("error: {failure}");
+    let status = outcome.unwrap_or_else(|failure: Failure| {
+        logbook::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
         failure.exit_code()
-    })
+    });
+    log::end();
+    status
 }

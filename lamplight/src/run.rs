@@ -13,7 +13,7 @@ use arena_daemon::{
     engine,
     options::RunOptions,
     outputs::{self, Outputs},
-    progress,
+    progress::Audience,
     stop::{StopFlag, exit_status},
     summary::Ending,
 };
@@ -28,7 +28,7 @@ use signal_hook::consts::SIGTERM;
 use crate::{
     failure::Failure,
     in_process::{self, Pace},
-    limits, name,
+    limits, log, name,
     say::say,
     summary_text,
     supervisor::{self, Watch},
@@ -89,7 +89,7 @@ pub(crate) struct Outcome {
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    progress::init_log(args.options.quiet);
+    log::begin(args.options.quiet, args.options.log_format());
     if let (Engine::Processes, Some(Ok(robots))) =
         (args.engine, args.options.scenario.robots.map(u32::try_from))
     {
@@ -100,13 +100,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
+    let name = args.name.clone().unwrap_or_else(|| default_name(&scenario));
+    logbook::in_run(&name);
     cautions(&scenario, &poses).iter().for_each(|caution| tracing::warn!("{caution}"));
     let outcome = match args.engine {
         Engine::InProcess => in_one_process(args, &scenario)?,
-        Engine::Processes => processes(args, &scenario)?,
+        Engine::Processes => processes(args, &scenario, name)?,
     };
     let Some(text) = outcome.summary else {
-        eprintln!("error: ended at once; there is no summary");
+        logbook::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
         return Ok(interrupted(outcome.signal));
     };
     let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;
@@ -153,23 +155,20 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
-    let pace = Pace { speed: options.speed, shares: true, quiet: options.quiet };
+    let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
+    let pace = Pace { speed: options.speed, shares: true, audience };
     let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content)
         .map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 
-fn processes(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
+fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outcome, Failure> {
     let robots = scenario.robot_count();
     if let Some(robot) = args.by_hand.iter().find(|&&robot| robot >= robots) {
         let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
         return Err(Failure::Usage(anyhow!(message)));
     }
     limits::prepare(robots).map_err(Failure::Usage)?;
-    let name = match &args.name {
-        Some(name) => name.clone(),
-        None => default_name(scenario),
-    };
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
     let outcome = supervised(args, scenario, &run, &watch);
@@ -192,9 +191,13 @@ fn interrupted(signal: Option<i32>) -> ExitCode {
     ExitCode::from(exit_status(signal.unwrap_or(SIGTERM)))
 }
 
-/// Finds out that results cannot be written before a robot has moved.
+/// Finds out that results cannot be written before a robot has moved; from here on the log is kept there too.
 fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
-    options.out.as_deref().map_or(Ok(()), |folder| outputs::prepare(folder).map_err(Failure::Usage))
+    if let Some(folder) = options.out.as_deref() {
+        outputs::prepare(folder).map_err(Failure::Usage)?;
+        log::keep_in(folder);
+    }
+    Ok(())
 }
 
 /// The scenario's name, as far as a run's name can hold it, and our process number.

@@ -22,10 +22,11 @@ use arena::scenario::{FaultSpec, Scenario};
 use arena_daemon::{
     engine,
     options::ScenarioOptions,
-    progress::{self, Meter},
+    progress::Meter,
     stop::{StopFlag, exit_status},
 };
 use clap::Args;
+use logbook::Format;
 use serde_json::Value;
 
 use self::{
@@ -34,7 +35,7 @@ use self::{
     journal::{Journal, JournalError},
     swarm::{fewest, with_robots},
 };
-use crate::{failure::Failure, in_process, name, say::say};
+use crate::{failure::Failure, in_process, log, name, say::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ShrinkArgs {
@@ -70,7 +71,7 @@ others move up. A failure of so many robots says of how many, or fewer robots sh
 robots == 50 && robots_alive < 49.";
 
 pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
-    progress::init_log(args.quiet);
+    log::begin(args.quiet, Format::Text);
     let expression: Expression =
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
     let whole = args.options.load().map_err(Failure::usage)?;

@@ -4,11 +4,11 @@
 //! hears three things on one channel: what the arena reports, which signals arrive, and (by
 //! SIGCHLD) that children have ended. Children have process groups of their own, so that Ctrl-C
 //! reaches them only through here. So do the signals of the fault plan: the arena says which life is
-//! meant, and only a child of ours is signalled.
+//! meant, and only a child of ours is signalled. What children log comes through one pipe ([`Gatherer`]).
 
 use std::{
     collections::{HashMap, VecDeque},
-    io::{BufRead, BufReader, Write},
+    io::{self, BufRead, BufReader, IsTerminal, Write},
     os::unix::process::CommandExt,
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
@@ -21,8 +21,10 @@ use anyhow::{Context, anyhow, bail};
 use arena_daemon::{
     options::RunOptions,
     process::{Process, State},
+    progress::Meter,
     stop::{ONE_WISH, STOP_SIGNALS},
 };
+use logbook::FORMAT_VARIABLE;
 use protocol::{
     control::{Event, Order},
     robot_id::RobotId,
@@ -31,7 +33,7 @@ use protocol::{
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, kill_process, wait};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 
-use crate::run::Outcome;
+use crate::{log::Gatherer, run::Outcome};
 
 /// How long agents get to leave once the run is over; then they are killed.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(3);
@@ -81,14 +83,28 @@ pub(crate) fn run(
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
     let Watch { sender, happenings } = watch;
-    let mut supervisor = Supervisor::start(options, run, robots, by_hand, sender.clone(), next_trial)?;
+    // Dropped last: then every child has ended, and with them the log.
+    let log = Gatherer::begin()?;
+    let start = Start { options, run, robots, by_hand, log: &log };
+    let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
     let outcome = supervisor.watch(happenings);
     supervisor.clear_away(happenings);
     outcome
 }
 
+/// What is to be started.
+#[derive(Clone, Copy)]
+struct Start<'a> {
+    options: &'a RunOptions,
+    run: &'a RunDir,
+    robots: u32,
+    by_hand: &'a [u32],
+    log: &'a Gatherer,
+}
+
 struct Supervisor<'a> {
     run: &'a RunDir,
+    log: &'a Gatherer,
     next_trial: Option<NextTrial<'a>>,
     agent_program: PathBuf,
     /// Agents to be started as soon as nothing else is to be done.
@@ -102,6 +118,8 @@ struct Supervisor<'a> {
     agents: HashMap<Pid, RobotId>,
     stopping: Option<Stopping>,
     summary: Option<String>,
+    /// Shows what the arena reports of its progress, once it has.
+    meter: Option<Meter>,
 }
 
 /// The run has been told to end.
@@ -115,10 +133,7 @@ struct Stopping {
 
 impl<'a> Supervisor<'a> {
     fn start(
-        options: &RunOptions,
-        run: &'a RunDir,
-        robots: u32,
-        by_hand: &[u32],
+        Start { options, run, robots, by_hand, log }: Start<'a>,
         sender: Sender<Happening>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
@@ -132,16 +147,22 @@ impl<'a> Supervisor<'a> {
         if next_trial.is_some() {
             command.arg("--trials");
         }
+        if io::stderr().is_terminal() {
+            command.arg("--live");
+        }
         command.args(options.arguments(&run.scenario_path()));
         let mut arena = command
+            .env(FORMAT_VARIABLE, logbook::format().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
+            .stderr(log.standard_error().context("cannot hand the log's pipe to arena-daemon")?)
             .process_group(0)
             .spawn()
             .context("cannot start arena-daemon")?;
         forward_events(arena.stdout.take().expect("standard output is piped"), sender);
         Ok(Self {
             run,
+            log,
             next_trial,
             agent_program,
             to_start: VecDeque::new(),
@@ -152,6 +173,7 @@ impl<'a> Supervisor<'a> {
             agents: HashMap::new(),
             stopping: None,
             summary: None,
+            meter: None,
         })
     }
 
@@ -213,7 +235,11 @@ impl<'a> Supervisor<'a> {
                 self.send(id, Signal::STOP);
             }
             Event::Continue(id) => self.send(id, Signal::CONT),
+            Event::Progress { position, total, text } => {
+                self.meter.get_or_insert_with(|| Meter::begin(Some(total), false)).put(position, text);
+            }
             Event::Summary(summary) => {
+                self.meter = None;
                 if let Some(next_trial) = &mut self.next_trial {
                     let next = next_trial(&summary)?;
                     self.order(next.map_or(Order::Stop, Order::Trial));
@@ -227,12 +253,15 @@ impl<'a> Supervisor<'a> {
 
     fn spawn_next(&mut self) -> anyhow::Result<()> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
+        let log = self.log.standard_error().context("cannot hand the log's pipe to an agent")?;
         let child = Command::new(&self.agent_program)
+            .env(FORMAT_VARIABLE, logbook::format().to_string())
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
             .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
+            .stderr(log)
             .process_group(0)
             .spawn()
             .with_context(|| format!("cannot start the agent of {id}"))?;

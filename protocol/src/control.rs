@@ -21,6 +21,15 @@ pub enum Event {
     Stop(RobotId),
     /// The pause is over: let its process go on, if it is yours.
     Continue(RobotId),
+    /// How far the run is, for a supervisor that shows it.
+    Progress {
+        /// Ticks done.
+        position: u64,
+        /// Ticks in all.
+        total: u64,
+        /// What else there is to say.
+        text: String,
+    },
     /// The run is over; this is its `summary.json`. Or, in a batch, a trial is; this is its record.
     Summary(String),
     /// There is no summary, for this reason.

@@ -55,6 +55,7 @@ impl Agent {
             return Ok(false);
         }
         if self.percept.tick == BOOT_TICK {
+            tracing::debug!("begins anew");
             self.controller = Controller::new(self.id, setup_of(run)?.controller);
             self.announce()?;
             self.stopwatch.booted();
@@ -65,6 +66,7 @@ impl Agent {
         let message = RawCommand::new(self.percept.tick, &command, self.pid);
         self.ports.send(message.timed(self.stopwatch.times()))?;
         self.stopwatch.published();
+        tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)
     }
 
@@ -84,12 +86,13 @@ impl Agent {
                 None => return Ok(()),
                 Some(Ok(refused)) => {
                     self.waits = true;
+                    logbook::at_tick(self.percept.tick);
                     if refused > 0 {
-                        tracing::debug!("tick {}: {refused} packets did not decode", self.percept.tick);
+                        tracing::debug!(refused, "packets did not decode");
                     }
                     take_in(self);
                 }
-                Some(Err(error)) => tracing::warn!("{}: percept refused: {error}", self.id),
+                Some(Err(error)) => tracing::warn!("percept refused: {error}"),
             }
         }
     }

@@ -9,14 +9,15 @@ mod stopwatch;
 mod timer;
 
 use std::{
-    io::{self, IsTerminal, Write},
-    process::ExitCode,
+    io::{self, IsTerminal},
+    process::{self, ExitCode},
     thread,
     time::Duration,
 };
 
 use anyhow::{Context, bail};
 use clap::Parser;
+use logbook::Settings;
 use protocol::{
     doorbell::Doorbell,
     footprint,
@@ -25,7 +26,7 @@ use protocol::{
     services::{Medium, ServiceError},
     setup::{AgentSetup, Mode},
 };
-use tracing_subscriber::EnvFilter;
+use tracing::level_filters::LevelFilter;
 
 use crate::agent::Agent;
 
@@ -58,13 +59,16 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(io::stderr)
-        .with_ansi(io::stderr().is_terminal())
-        .without_time()
-        .init();
+    logbook::begin(Settings {
+        format: logbook::Format::from_env(),
+        level: LevelFilter::WARN,
+        robot: Some(RobotId { index: cli.robot, incarnation: cli.incarnation }),
+        color: io::stderr().is_terminal(),
+        sink: logbook::to_stderr,
+        // Whoever has started a quiet agent has been told what is wrong already.
+        complains: !cli.quiet,
+    });
+    logbook::in_run(&cli.run);
     let outcome = drive(&cli);
     let over = is_over(&cli.run);
     if over && !cli.quiet {
@@ -74,12 +78,11 @@ fn main() -> ExitCode {
     }
     let Err(error) = outcome else { return ExitCode::SUCCESS };
     let message = match (error.is::<Abandoned>() || error.is::<RunDirError>(), over) {
-        (false, true) => format!("error: run `{}` has ended\n", cli.run),
-        _ => format!("error: {error:#}\n"),
+        (false, true) => format!("run `{}` has ended", cli.run),
+        _ => format!("{error:#}"),
     };
     if !(cli.quiet && (over || error.is::<Abandoned>())) {
-        // One write, so that the words of many agents do not mix.
-        let _ = io::stderr().write_all(message.as_bytes());
+        logbook::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
 }
@@ -114,10 +117,13 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
     let mut seat = take_seat(cli)?;
     footprint::trim();
     let Seat { setup, run, arena, bell, agent } = &mut *seat;
-    match setup.mode {
+    tracing::debug!(pid = process::id(), "has joined");
+    let outcome = match setup.mode {
         Mode::Lockstep => lockstep::run(agent, bell, run, arena),
         Mode::Realtime => realtime::run(agent, bell, run, arena, setup),
-    }
+    };
+    tracing::debug!("leaves");
+    outcome
 }
 
 /// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.

@@ -230,6 +230,7 @@ fn options(scenario: &Scenario) -> RunOptions {
         overload: Overload::Report,
         out: None,
         no_profile: true,
+        log: None,
         quiet: true,
     }
 }

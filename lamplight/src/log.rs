@@ -1,0 +1,247 @@
+//! The log of a run: what its processes write and what this one does, gathered in one place.
+//!
+//! Agents and arena have one pipe for their standard error, all the same one. [`Gatherer`] reads it, and each line
+//! goes on to our own standard error, around the live line, and to `log.txt` or `log.jsonl` in the folder of the
+//! run. The pipe takes a line whole or not at all, and nobody waits for it: while we do not read (stopped, or our
+//! own standard error is stuck), lines are lost and counted, and robots go on.
+
+use std::{
+    fs::File,
+    io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read, Write},
+    path::{Path, PathBuf},
+    process::Stdio,
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread::{self, JoinHandle},
+};
+
+use anyhow::Context;
+use arena_daemon::progress::{beside_live_line, init_log};
+use logbook::{
+    Format,
+    line::{JSON_BEGINS, MOST_BYTES},
+};
+use rustix::{
+    fs::{OFlags, fcntl_setfl},
+    pipe::fcntl_setpipe_size,
+};
+use tracing::Level;
+
+/// Most bytes of a log that are kept in a run's folder: 64 MiB, some 300,000 lines.
+const KEPT_BYTES_MAX: u64 = 64 << 20;
+
+/// Room in the pipe for what a swarm says at once, bytes: as much as Linux grants everybody (pipe(7)).
+const PIPE_BYTES: usize = 1 << 20;
+
+/// The log in the run's folder, if one is kept.
+static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
+
+/// Begins to log. `quiet` leaves warnings and errors.
+pub(crate) fn begin(quiet: bool, format: Format) {
+    init_log(quiet, format, write, true);
+}
+
+/// Keeps from here on what is logged: in `log.txt` or `log.jsonl` in `folder`, made by the first line.
+pub(crate) fn keep_in(folder: &Path) {
+    let name = match logbook::format() {
+        Format::Text => "log.txt",
+        Format::Json => "log.jsonl",
+    };
+    *kept() = Some(Kept { path: folder.join(name), file: None, bytes: 0, left_out: 0, most: KEPT_BYTES_MAX });
+}
+
+/// Ends the log in the run's folder; its last line says how many there was no room for.
+pub(crate) fn end() {
+    let Some(mut log) = kept().take() else { return };
+    if let Some(line) = log.last_line() {
+        let _ = beside_live_line(line.bytes());
+    }
+}
+
+/// Where lines of this process go, and those that are gathered.
+fn write(line: &[u8]) -> io::Result<()> {
+    let trouble = kept().as_mut().and_then(|log| log.keep(line).err().map(|error| log.give_up(&error)));
+    if let Some(trouble) = trouble {
+        let _ = beside_live_line(trouble.bytes());
+    }
+    beside_live_line(line)
+}
+
+fn kept() -> MutexGuard<'static, Option<Kept>> {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A bounded file of lines.
+#[derive(Debug)]
+struct Kept {
+    path: PathBuf,
+    file: Option<File>,
+    bytes: u64,
+    /// Lines for which there was no room, or no disk.
+    left_out: u64,
+    /// Bytes there is room for.
+    most: u64,
+}
+
+impl Kept {
+    fn keep(&mut self, line: &[u8]) -> io::Result<()> {
+        // Once something is left out, so is all that follows: a log with holes would deceive.
+        if self.left_out > 0 || self.bytes + line.len() as u64 > self.most {
+            self.left_out += 1;
+            return Ok(());
+        }
+        self.bytes += line.len() as u64;
+        self.append(line)
+    }
+
+    fn append(&mut self, line: &[u8]) -> io::Result<()> {
+        let file = match &mut self.file {
+            Some(file) => file,
+            None => self.file.insert(File::options().append(true).create_new(true).open(&self.path)?),
+        };
+        file.write_all(line)
+    }
+
+    /// From here on all is left out.
+    fn give_up(&mut self, error: &io::Error) -> logbook::line::Line {
+        self.left_out = 1;
+        let words =
+            format_args!("cannot write {}: {error}; the rest of the log is left out", self.path.display());
+        logbook::line(Level::WARN, module_path!(), &words)
+    }
+
+    /// What was left out, written to the file too.
+    fn last_line(&mut self) -> Option<logbook::line::Line> {
+        let left_out = self.left_out;
+        let words = format_args!("{}: {left_out} lines are left out", self.path.display());
+        let line = (left_out > 0).then(|| logbook::line(Level::WARN, module_path!(), &words))?;
+        // If the disk is full, the line on standard error has to do.
+        let _ = self.append(line.bytes());
+        Some(line)
+    }
+}
+
+/// Reads what children write to their standard error.
+#[derive(Debug)]
+pub(crate) struct Gatherer {
+    /// `None` once no child is to come.
+    writer: Option<PipeWriter>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Gatherer {
+    /// Opens the pipe and reads it in a thread.
+    pub(crate) fn begin() -> anyhow::Result<Self> {
+        let (reader, writer) = io::pipe().context("cannot open a pipe for the log")?;
+        // All duplicates of a descriptor share this: no child waits for a full pipe.
+        fcntl_setfl(&writer, OFlags::NONBLOCK).context("cannot set up the pipe for the log")?;
+        // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
+        let _ = fcntl_setpipe_size(&writer, PIPE_BYTES);
+        Ok(Self { writer: Some(writer), reader: Some(thread::spawn(|| gather(reader))) })
+    }
+
+    /// The standard error of one more child.
+    pub(crate) fn standard_error(&self) -> io::Result<Stdio> {
+        let writer = self.writer.as_ref().expect("it is there until this is dropped");
+        writer.try_clone().map(Stdio::from)
+    }
+}
+
+impl Drop for Gatherer {
+    /// Once all children have ended: until then the pipe has no end.
+    fn drop(&mut self) {
+        self.writer = None;
+        if let Some(reader) = self.reader.take() {
+            // It does not panic; if it does, its message is out.
+            let _ = reader.join();
+        }
+    }
+}
+
+/// Hands on every line until the last writer is gone.
+fn gather(pipe: PipeReader) {
+    let mut pipe = BufReader::with_capacity(PIPE_BYTES / 16, pipe);
+    let mut line = Vec::with_capacity(MOST_BYTES);
+    loop {
+        line.clear();
+        // What is longer than a line can be is no line of ours, and comes in pieces.
+        match (&mut pipe).take(MOST_BYTES as u64).read_until(b'\n', &mut line) {
+            Ok(1..) => {}
+            Ok(0) | Err(_) => return,
+        }
+        if line.last() != Some(&b'\n') {
+            line.push(b'\n');
+        }
+        // If standard error is gone, the file may still be there.
+        let _ = match logbook::format() {
+            Format::Json if !line.starts_with(JSON_BEGINS.as_bytes()) => write(foreign(&line).bytes()),
+            _ => write(&line),
+        };
+    }
+}
+
+/// What no log has written, such as the message of a panic, as a line of JSON.
+fn foreign(line: &[u8]) -> logbook::line::Line {
+    logbook::line(Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_log_that_is_full_says_how_much_is_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.txt");
+        let mut log = Kept { path: path.clone(), file: None, bytes: 0, left_out: 0, most: 10 };
+        for line in ["1234\n", "longer\n", "6789\n", "x\n"] {
+            log.keep(line.as_bytes()).unwrap();
+        }
+        let told = log.last_line().unwrap();
+        let expected = format!(" WARN {}: 3 lines are left out\n", path.display());
+        assert_eq!(std::str::from_utf8(told.bytes()).unwrap(), expected);
+        assert_eq!(fs::read_to_string(path).unwrap(), format!("1234\n{expected}"));
+    }
+
+    #[test]
+    fn a_log_without_a_line_is_no_file_and_a_folder_that_is_gone_is_told_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("nowhere/log.txt");
+        let mut log = Kept { path: path.clone(), file: None, bytes: 0, left_out: 0, most: 10 };
+        assert!(log.last_line().is_none() && !path.exists());
+        let error = log.keep(b"1234\n").unwrap_err();
+        let told = log.give_up(&error);
+        assert!(std::str::from_utf8(told.bytes()).unwrap().contains("the rest of the log is left out"));
+        log.keep(b"5678\n").unwrap();
+        assert_eq!(log.left_out, 2);
+    }
+
+    #[test]
+    fn what_is_no_json_becomes_the_message_of_some() {
+        let words = "thread 'main' panicked at \"here\"";
+        // Text is the format of a process that has not begun to log.
+        let line = foreign(format!("{words}\n").as_bytes());
+        assert_eq!(std::str::from_utf8(line.bytes()).unwrap(), format!(" WARN {words}\n"));
+    }
+
+    #[test]
+    fn a_pipe_that_nobody_reads_holds_nobody_up() {
+        let (mut reader, mut writer) = io::pipe().unwrap();
+        fcntl_setfl(&writer, OFlags::NONBLOCK).unwrap();
+        let line = [b'x'; MOST_BYTES];
+        let mut taken = 0;
+        let error = loop {
+            match writer.write(&line) {
+                // In one piece, or it would mix with others.
+                Ok(bytes) => taken += usize::from(bytes == MOST_BYTES),
+                Err(error) => break error,
+            }
+        };
+        assert_eq!(error.kind(), io::ErrorKind::WouldBlock);
+        drop(writer);
+        let mut all = Vec::new();
+        reader.read_to_end(&mut all).unwrap();
+        assert_eq!(all.len(), taken * MOST_BYTES, "every line that was taken is whole");
+    }
+}
