@@ -46,6 +46,14 @@ impl LiveRun {
     /// # Panics
     /// If it does not start.
     pub fn start(scenario_name: &str, args: &[&str]) -> Self {
+        Self::start_logging(scenario_name, args, None)
+    }
+
+    /// Starts `scenario_name` with `args`, and with `filter` as RUST_LOG.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn start_logging(scenario_name: &str, args: &[&str], filter: Option<&str>) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let name = format!("test-{}-{}", id(), COUNT.fetch_add(1, Ordering::Relaxed));
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -54,6 +62,7 @@ impl LiveRun {
             .arg("--out")
             .arg(folder.path().join("out"))
             .args(args)
+            .envs(filter.map(|filter| ("RUST_LOG", filter)))
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -170,7 +179,11 @@ impl LiveRun {
         self.leftovers().iter().map(|name| 1 + entries_below(&PathBuf::from("/dev/shm").join(name))).sum()
     }
 
-    fn out(&self) -> PathBuf {
+    /// The folder that it writes its results to.
+    ///
+    /// # Panics
+    /// If the run has been finished.
+    pub fn out(&self) -> PathBuf {
         self.folder.as_ref().expect("the run has not been finished").path().join("out")
     }
 }
