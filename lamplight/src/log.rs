@@ -96,7 +96,7 @@ impl Kept {
     fn append(&mut self, line: &[u8]) -> io::Result<()> {
         let file = match &mut self.file {
             Some(file) => file,
-            None => self.file.insert(File::options().append(true).create_new(true).open(&self.path)?),
+            None => self.file.insert(File::options().append(true).create(true).open(&self.path)?),
         };
         file.write_all(line)
     }
