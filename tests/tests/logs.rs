@@ -100,6 +100,21 @@ fn a_log_that_nobody_reads_holds_no_robot_up_and_loses_whole_lines() {
 }
 
 #[test]
+fn agents_that_log_at_every_tick_survive_the_death_of_their_reader() {
+    let options = ["--robots", "20", "--speed", "40", "--duration", "400", "--log", "json"];
+    let run = LiveRun::start_logging("swarmbots", &options, Some("robot_agent=trace,arena_daemon=info"));
+    run.wait_until_moving();
+    signal(run.supervisor(), Signal::KILL);
+    wait_until("the arena has left", || run.arena().is_none());
+    let (_, left) = run.finish();
+    let left = left.unwrap();
+    assert_eq!(left.summary["ended"], "interrupted");
+    assert_eq!(left.summary["robots_alive"], 20, "nobody died of a line");
+    let kept = fs::read_to_string(left.file("log.jsonl")).unwrap();
+    assert!(objects(&kept).iter().any(|object| object["message"] == "has answered"), "{kept}");
+}
+
+#[test]
 fn failures_are_lines_of_json_too_and_a_format_is_text_or_json() {
     let mut command = lamplight(["run", "--log", "json", "--set", "robots.count=0"]);
     let output = command.arg(scenario("swarmbots")).output().unwrap();
