@@ -25,6 +25,8 @@ use logbook::Format;
 use serde_json::{Value, json};
 
 use self::{invariants::Watcher, twin::Workshop};
+use protocol::setup::Mode;
+
 use crate::{failure::Failure, in_process, limits, log, name, say::say};
 
 /// Longest run, in seconds of virtual time, that nobody asked for.
@@ -70,7 +72,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
     if args.engine == Engines::Both {
-        limits::prepare(base.robot_count()).map_err(Failure::Usage)?;
+        limits::prepare(base.robot_count(), base.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
     }
     if let Some(folder) = &args.out {
         fs::create_dir_all(folder)

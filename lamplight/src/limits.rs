@@ -3,11 +3,9 @@
 use std::{fmt, fs, io, str::FromStr};
 
 use anyhow::bail;
-use protocol::run_dir::free_shared_memory;
+use protocol::{run_dir::free_shared_memory, setup::Plane};
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
-/// Descriptors the arena holds per robot: measured with `ls /proc/PID/fd`, see docs/performance.md.
-const DESCRIPTORS_PER_ROBOT: u64 = 10;
 /// Descriptors beside those: standard streams, the node, the lock.
 const DESCRIPTORS_SPARE: u64 = 64;
 /// Memory maps the arena holds per robot: measured with `wc -l < /proc/PID/maps`, see docs/performance.md.
@@ -20,6 +18,14 @@ const PROCESSES_SPARE: u64 = 16;
 const SHARED_MEMORY_PER_ROBOT: u64 = 120 * 1024;
 /// Memory of an agent, bytes: its PSS, rounded up; see docs/performance.md.
 const MEMORY_PER_ROBOT: u64 = 640 * 1024;
+
+/// Descriptors the arena holds per robot: measured with `ls /proc/PID/fd`, see docs/performance.md.
+fn descriptors_per_robot(plane: Plane) -> u64 {
+    match plane {
+        Plane::Blackboard => 9,
+        Plane::PublishSubscribe => 10,
+    }
+}
 
 /// One thing of which robots need so much each, and of which there is only so much.
 #[derive(Clone, Copy, Debug)]
@@ -54,9 +60,9 @@ enum Remedy {
 
 /// Raises the limit on open files as far as it goes, and refuses a swarm that is too large for this machine: by
 /// every limit that it meets, with what can be done. Agents and arena inherit the limit.
-pub(crate) fn prepare(robots: u32) -> anyhow::Result<()> {
-    raise_open_files(robots)?;
-    let met: Vec<_> = limits()?.into_iter().filter(|limit| limit.most() < robots.into()).collect();
+pub(crate) fn prepare(robots: u32, plane: Plane) -> anyhow::Result<()> {
+    raise_open_files(robots, plane)?;
+    let met: Vec<_> = limits(plane)?.into_iter().filter(|limit| limit.most() < robots.into()).collect();
     let Some(most) = met.iter().map(Limit::most).min() else { return Ok(()) };
     let reasons: Vec<String> = met.iter().map(|limit| limit.told(robots)).collect();
     bail!(
@@ -67,9 +73,9 @@ pub(crate) fn prepare(robots: u32) -> anyhow::Result<()> {
 }
 
 /// The soft limit to the hard one; the hard one too, if that is too low and we may.
-fn raise_open_files(robots: u32) -> io::Result<()> {
+fn raise_open_files(robots: u32, plane: Plane) -> io::Result<()> {
     let limit = getrlimit(Resource::Nofile);
-    let needed = u64::from(robots) * DESCRIPTORS_PER_ROBOT + DESCRIPTORS_SPARE;
+    let needed = u64::from(robots) * descriptors_per_robot(plane) + DESCRIPTORS_SPARE;
     if limit.maximum.is_some_and(|maximum| maximum < needed) {
         let raised = Rlimit { current: Some(needed), maximum: Some(needed) };
         if setrlimit(Resource::Nofile, raised).is_ok() {
@@ -83,7 +89,7 @@ fn raise_open_files(robots: u32) -> io::Result<()> {
 }
 
 /// Every limit on the size of a swarm that this machine tells of.
-fn limits() -> io::Result<Vec<Limit>> {
+fn limits(plane: Plane) -> io::Result<Vec<Limit>> {
     let processes = |available: u64, source, remedy| Limit {
         what: "processes",
         per_robot: 1,
@@ -97,7 +103,7 @@ fn limits() -> io::Result<Vec<Limit>> {
     let all = [
         getrlimit(Resource::Nofile).maximum.map(|available| Limit {
             what: "open files in the arena",
-            per_robot: DESCRIPTORS_PER_ROBOT,
+            per_robot: descriptors_per_robot(plane),
             spare: DESCRIPTORS_SPARE,
             available,
             source: "the hard limit of this shell",
@@ -268,7 +274,7 @@ mod tests {
 
     #[test]
     fn this_machine_tells_of_its_limits() {
-        let limits = limits().unwrap();
+        let limits = limits(Plane::Blackboard).unwrap();
         let names: Vec<_> = limits.iter().map(|limit| limit.what).collect();
         assert!(names.contains(&"memory maps in the arena") && names.contains(&"memory"), "{names:?}");
         assert!(limits.iter().all(|limit| limit.most() > 0), "{limits:?}");

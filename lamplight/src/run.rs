@@ -95,7 +95,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     {
         // The first limit a larger swarm meets, and the one a user can do something about.
         if args.options.scenario.file.is_file() {
-            limits::prepare(robots).map_err(Failure::Usage)?;
+            limits::prepare(robots, args.options.mode().plane()).map_err(Failure::Usage)?;
         }
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
@@ -168,7 +168,7 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
         let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
         return Err(Failure::Usage(anyhow!(message)));
     }
-    limits::prepare(robots).map_err(Failure::Usage)?;
+    limits::prepare(robots, scenario.plane(args.options.mode())).map_err(Failure::Usage)?;
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
     let outcome = supervised(args, scenario, &run, &watch);

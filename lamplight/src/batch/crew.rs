@@ -21,7 +21,10 @@ use arena_daemon::{
     summary::Ending,
     trial::Record,
 };
-use protocol::{run_dir::RunDir, setup::Law};
+use protocol::{
+    run_dir::RunDir,
+    setup::{Law, Mode},
+};
 
 use super::{
     BatchArgs,
@@ -58,8 +61,11 @@ impl Crew {
                 Err(Failure::Usage(anyhow!("--jobs is about trials in process; use --engine in-process")))
             }
             Engine::Processes => {
-                let most = plan.settings.iter().map(|setting| setting.scenario.robot_count()).max();
-                limits::prepare(most.unwrap_or(0)).map_err(Failure::Usage)?;
+                for setting in &plan.settings {
+                    let scenario = &setting.scenario;
+                    limits::prepare(scenario.robot_count(), scenario.plane(Mode::Lockstep))
+                        .map_err(Failure::Usage)?;
+                }
                 Ok(Self::Processes)
             }
         }
