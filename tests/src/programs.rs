@@ -63,6 +63,8 @@ pub struct RobotRow {
     pub y_m: f64,
     /// Commands refused.
     pub commands_refused: u64,
+    /// Deadlines missed in real time; nothing if nobody measured.
+    pub missed_deadlines: Option<u64>,
 }
 
 impl Run {
