@@ -11,7 +11,7 @@
 //!
 //! A message is new if its value has been written since it was last read, whatever is in it.
 
-use core::{array, fmt};
+use core::fmt;
 use std::{
     collections::BTreeSet,
     format,
@@ -31,7 +31,7 @@ use iceoryx2::{
 
 use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
 use crate::{
-    percept::{DELIVERIES_MAX, Delivery, Percept},
+    percept::{DELIVERIES_MAX, Percept},
     raw::{
         Frames, PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawWalls, add_deliveries,
         raw_field, raw_walls,
@@ -181,10 +181,12 @@ impl ArenaPorts {
         if !percept.field.is_empty() {
             self.field.update_with_copy(Part { number, value: raw_field(percept) });
         }
+        let mut value = Block::default();
         for (deliveries, block) in percept.deliveries.chunks(BLOCK).zip(&self.blocks) {
-            let raw = |delivery: &Delivery| RawDelivery::new(delivery, frames.get(&delivery.packet));
-            let mut raw = deliveries.iter().map(raw);
-            let value = array::from_fn(|_| raw.next().unwrap_or_default());
+            for (slot, delivery) in value.iter_mut().zip(deliveries) {
+                *slot = RawDelivery::new(delivery, frames.get(&delivery.packet));
+            }
+            value[deliveries.len()..].fill(RawDelivery::default());
             block.update_with_copy(Part { number, value });
         }
         let deliveries_len = percept.deliveries.len() as u64;
