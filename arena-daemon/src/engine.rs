@@ -13,6 +13,7 @@ use protocol::{command::Command, setup::Mode};
 
 use crate::{
     cores::Cores,
+    live::Teller,
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
     profile::Totals,
@@ -62,6 +63,7 @@ pub fn run(
     observer: &mut Observer<'_>,
 ) -> anyhow::Result<Summary> {
     let robots = arena.poses().len();
+    let teller = Teller::new(squad.live());
     let mut run = Run {
         scenario,
         arena,
@@ -69,6 +71,7 @@ pub fn run(
         answers: vec![None; robots],
         outputs,
         stop,
+        teller,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
         cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
@@ -83,12 +86,14 @@ pub fn run(
     let course = match mustered {
         Ok(answers) => {
             run.answers = answers;
+            run.teller.start();
             run.follow(plan, observer)
         }
         Err(error) => Err(Interruption::Squad(error)),
     };
     let wall = started.elapsed();
     logbook::at_no_tick();
+    run.teller.end(&run.status(), run.arena.packets(), run.squad);
     let profile = run.squad.profile();
     run.squad.dismiss();
     let (ended, failure) = match course {
@@ -111,6 +116,7 @@ struct Run<'a> {
     answers: Answers,
     outputs: Outputs,
     stop: &'a StopFlag,
+    teller: Teller,
     converged_at_s: Option<f64>,
     recovery: Recovery,
     cores: Cores,
@@ -148,6 +154,7 @@ impl Run<'_> {
                 return Ok(ending);
             }
             progress.show(&status);
+            self.teller.tell(&status, || self.arena.packets(), self.squad);
             let Some(next) = pace.next(self.scenario.step_s.get(), Instant::now()) else { continue };
             if let Some(late) = next.late.filter(|_| plan.mode == Mode::Realtime) {
                 self.say_late(&pace, late, &mut told)?;
@@ -201,7 +208,9 @@ impl Run<'_> {
         if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
-        self.tick_ns.saturating_record(began.elapsed().as_nanos() as u64);
+        let took = began.elapsed();
+        self.tick_ns.saturating_record(took.as_nanos() as u64);
+        self.teller.ticked(took);
         let tick = self.arena.current_tick();
         if self.recovery.wants(tick) && self.scenario.begins_cycle(tick) {
             self.recovery.observe(tick, self.arena.disturbance(&self.answers));

@@ -9,6 +9,7 @@
 pub mod cores;
 pub mod engine;
 pub mod link;
+pub mod live;
 pub mod options;
 pub mod outputs;
 pub mod pace;

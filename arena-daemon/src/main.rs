@@ -2,13 +2,14 @@
 
 #![forbid(unsafe_code)]
 
-use std::{collections::BTreeSet, process::ExitCode};
+use std::{collections::BTreeSet, process, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
 use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
     engine::{self, Plan},
     link::{self, Link, Trials},
+    live::{self, About, Live, http::Endpoint},
     options::RunOptions,
     outputs::Outputs,
     progress::{self, Audience},
@@ -92,6 +93,7 @@ enum Over {
 
 fn run(cli: &Cli) -> anyhow::Result<Over> {
     let scenario = cli.run.load()?;
+    let endpoint = cli.run.metrics.map(Endpoint::bind).transpose()?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
     let (link, trials) = match cli.supervised {
@@ -110,10 +112,13 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
-    let hosting = Hosting { run: run.clone(), link, by_hand, profile };
+    let mut hosting = Hosting { run: run.clone(), link, by_hand, profile, live: None };
     let over = match trials {
         Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
-        None => one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary))),
+        None => {
+            hosting.live = Some(watchable(cli, &scenario, &run, endpoint)?);
+            one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary)))
+        }
     };
     drop(alive);
     drop(owner);
@@ -121,6 +126,26 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     // have mapped; the names are no longer needed.
     run.remove_if_dead().context("cannot clean up after the run")?;
     over
+}
+
+/// Lets others watch the run: over its socket, and at `endpoint` if there is one.
+fn watchable(
+    cli: &Cli,
+    scenario: &Scenario,
+    run: &RunDir,
+    endpoint: Option<Endpoint>,
+) -> anyhow::Result<Arc<Live>> {
+    let about = About {
+        run: run.name().to_string(),
+        scenario: scenario.name.clone(),
+        engine: "processes".into(),
+        mode: cli.run.mode(),
+        arena_pid: process::id(),
+    };
+    let live = Arc::new(Live::new(about, scenario.ticks(), endpoint.is_some()));
+    live::socket::serve(run, Arc::clone(&live)).context("cannot make the socket of those who watch")?;
+    endpoint.map(|endpoint| endpoint.serve(Arc::clone(&live))).transpose().context("cannot serve metrics")?;
+    Ok(live)
 }
 
 fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<Summary> {

@@ -13,7 +13,7 @@ use clap::{
 use logbook::Format;
 use protocol::setup::Mode;
 
-use crate::pace::Overload;
+use crate::{live::http::MetricsAddr, pace::Overload};
 
 /// How time passes, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -73,6 +73,10 @@ pub struct RunOptions {
     /// this new folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+
+    /// Serve metrics for Prometheus at http://ADDR/metrics, such as 127.0.0.1:9464; :9464 is this machine alone
+    #[arg(long, value_name = "ADDR")]
+    pub metrics: Option<MetricsAddr>,
 
     /// Do not measure what the agents take (saves a little time)
     #[arg(long)]
@@ -162,6 +166,9 @@ impl RunOptions {
             let mut argument = OsString::from("--out=");
             argument.push(out);
             arguments.push(argument);
+        }
+        if let Some(address) = self.metrics {
+            arguments.push(format!("--metrics={address}").into());
         }
         if self.no_profile {
             arguments.push("--no-profile".into());

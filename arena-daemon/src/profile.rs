@@ -13,9 +13,11 @@ mod flight;
 mod histograms;
 mod interval_log;
 mod journal;
+mod recent;
 mod recorder;
 mod totals;
 mod usage;
+mod window;
 
 use std::{
     path::Path,
@@ -29,9 +31,11 @@ pub use columns::Columns;
 pub use counters::Counted;
 pub use cycle_times::{CycleTimes, Stage};
 pub use histograms::{Histograms, Span, Spread};
+pub use recent::{RecentCycles, RecentTimes};
 pub use recorder::{Observer, Recorder};
 pub use totals::{Processes, StagesUs, Totals};
 pub use usage::Usage;
+pub use window::{Quantiles, Window};
 
 /// What the agents of a run took.
 #[derive(Debug)]

@@ -4,10 +4,11 @@ pub mod in_process;
 pub mod lockstep;
 mod members;
 pub mod realtime;
+mod watching;
 
 pub use members::Hosting;
 
-use std::{thread, time::Instant};
+use std::{sync::Arc, thread, time::Instant};
 
 use arena::fault::Strike;
 use protocol::{
@@ -17,7 +18,11 @@ use protocol::{
 };
 use serde::Serialize;
 
-use crate::{profile::Profile, stop::StopFlag};
+use crate::{
+    live::{Live, Survey},
+    profile::Profile,
+    stop::StopFlag,
+};
 
 /// One entry per robot: its command, or `None` while its agent is silent.
 pub type Answers = Vec<Option<Command>>;
@@ -57,6 +62,15 @@ pub trait Squad {
     fn profile(&mut self) -> Option<Profile> {
         None
     }
+
+    /// Where those are told who watch the run; `None` if nobody can.
+    fn live(&self) -> Option<Arc<Live>> {
+        None
+    }
+
+    /// How its robots are, for those who watch the run. What they take is measured from now on if it is `watched`, and
+    /// no longer if not.
+    fn survey(&mut self, watched: bool) -> Survey;
 
     /// Ends every mind.
     fn dismiss(&mut self);

@@ -1,11 +1,15 @@
 //! Runs by the in-process engine: one for `run`, many for `batch`, `shrink` and `fuzz`.
 
-use std::panic::{self, AssertUnwindSafe};
+use std::{
+    panic::{self, AssertUnwindSafe},
+    sync::Arc,
+};
 
 use anyhow::bail;
 use arena::{Arena, scenario::Scenario};
 use arena_daemon::{
     engine::{self, Observer, Plan},
+    live::Live,
     outputs::Outputs,
     pace::Overload,
     progress::Audience,
@@ -27,7 +31,7 @@ pub(crate) struct Pace {
     pub(crate) audience: Audience,
 }
 
-/// Runs `scenario`, whose start `arena` is, to its end in this process.
+/// Runs `scenario`, whose start `arena` is, to its end in this process, watched by whom `live` is handed out to.
 pub(crate) fn run(
     scenario: &Scenario,
     arena: &mut Arena,
@@ -35,9 +39,11 @@ pub(crate) fn run(
     outputs: Outputs,
     stop: &StopFlag,
     observer: &mut Observer<'_>,
+    live: Option<Arc<Live>>,
 ) -> anyhow::Result<Summary> {
     let mode = Mode::Lockstep;
-    let mut squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
+    let squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
+    let mut squad = squad.watched(live);
     let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, audience };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
@@ -51,7 +57,7 @@ pub(crate) fn run_quietly(
     guarded(|| {
         let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
         let pace = Pace { speed: None, shares: false, audience: Audience::Nobody };
-        run(scenario, &mut arena, pace, outputs, stop, observer)
+        run(scenario, &mut arena, pace, outputs, stop, observer, None)
     })
 }
 

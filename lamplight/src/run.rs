@@ -1,6 +1,6 @@
 //! `lamplight run`: one scenario, one engine.
 
-use std::{fs, process, process::ExitCode};
+use std::{fs, process, process::ExitCode, sync::Arc};
 
 use anyhow::{Context, anyhow};
 use arena::{
@@ -11,6 +11,7 @@ use arena::{
 };
 use arena_daemon::{
     engine,
+    live::{About, Live, http::Endpoint},
     options::RunOptions,
     outputs::{self, Outputs},
     progress::Audience,
@@ -151,15 +152,32 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
         return Err(Failure::Usage(anyhow!(message)));
     }
     let mut arena = Arena::new(scenario).map_err(Failure::usage)?;
+    let live = watchable(options, scenario)?;
     prepare_out(options)?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
     let pace = Pace { speed: options.speed, shares: true, audience };
-    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content)
+    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content, live)
         .map_err(Failure::Run)?;
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
+}
+
+/// Where those are told who read metrics, if somebody shall.
+fn watchable(options: &RunOptions, scenario: &Scenario) -> Result<Option<Arc<Live>>, Failure> {
+    let Some(address) = options.metrics else { return Ok(None) };
+    let endpoint = Endpoint::bind(address).map_err(Failure::usage)?;
+    let about = About {
+        run: scenario.name.clone(),
+        scenario: scenario.name.clone(),
+        engine: Engine::InProcess.name().into(),
+        mode: options.mode(),
+        arena_pid: process::id(),
+    };
+    let live = Arc::new(Live::new(about, scenario.ticks(), true));
+    endpoint.serve(Arc::clone(&live)).map_err(Failure::run)?;
+    Ok(Some(live))
 }
 
 fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outcome, Failure> {
@@ -168,6 +186,8 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
         let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
         return Err(Failure::Usage(anyhow!(message)));
     }
+    // The arena will take it; that it cannot is to be known before anything is started.
+    args.options.metrics.map(Endpoint::bind).transpose().map_err(Failure::usage)?;
     limits::prepare(robots, scenario.plane(args.options.mode())).map_err(Failure::Usage)?;
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;

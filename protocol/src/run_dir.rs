@@ -6,6 +6,7 @@
 //! scenario.toml   the scenario as resolved
 //! setup.bin   what every agent is told at its start (`codec`)
 //! doorbell    the page of `doorbell`
+//! live        a socket that tells how the run goes, for its owner alone
 //! over-ROBOT-LIFE   this life is over; for agents that were started by hand
 //! iox2/       iceoryx2's service and node files
 //! ```
@@ -246,6 +247,11 @@ impl RunDir {
     /// The doorbell page.
     pub fn doorbell_path(&self) -> PathBuf {
         self.path().join("doorbell")
+    }
+
+    /// The socket of those who watch the run. Its path is no longer than a socket's can be (107 bytes).
+    pub fn live_path(&self) -> PathBuf {
+        self.path().join("live")
     }
 
     /// The arena says that a life is over that nobody ends: its agent may be asleep until the next

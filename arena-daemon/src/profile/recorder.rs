@@ -7,7 +7,7 @@
 
 use std::{
     fmt,
-    time::{Duration, SystemTime},
+    time::{Duration, Instant, SystemTime},
 };
 
 use protocol::{
@@ -25,6 +25,7 @@ use super::{
     flight::Origins,
     histograms::{Histograms, Span, Tally},
     journal::{Answer, Journal, Round},
+    recent::{Recent, RecentCycles, RecentTimes},
     usage::Usage,
 };
 use crate::process::Process;
@@ -57,6 +58,8 @@ pub struct Recorder {
     left_out: u64,
     packets_unknown: u64,
     observer: Option<Observer>,
+    /// While somebody watches the run.
+    recent: Option<Recent>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -117,12 +120,36 @@ impl Recorder {
             left_out: 0,
             packets_unknown: 0,
             observer: None,
+            recent: None,
         }
     }
 
     /// Has every cycle shown to `observer` too, some cycles later.
     pub fn observe(&mut self, observer: Observer) {
         self.observer = Some(observer);
+    }
+
+    /// Somebody watches the run from now on, or nobody does.
+    pub fn watch(&mut self, watched: bool) {
+        if watched != self.recent.is_some() {
+            self.recent = watched.then(|| Recent::new(self.robots.len(), Instant::now()));
+        }
+    }
+
+    /// What agents took in the last moments, as long as it is [watched](Recorder::watch).
+    pub fn recent_times(&mut self) -> Option<RecentTimes> {
+        Some(self.recent.as_mut()?.times(Instant::now()))
+    }
+
+    /// What the agent of robot `index` took in its last cycles, as long as it is [watched](Recorder::watch).
+    pub fn recent_cycles(&self, index: usize) -> Option<RecentCycles> {
+        self.recent.as_ref()?.cycles(index)
+    }
+
+    /// In real time, timer periods that went by without a cycle of robot `index`, up to some cycles ago.
+    pub fn missed_deadlines(&self, index: usize) -> u64 {
+        let robot = &self.robots[index];
+        robot.missed_before + u64::from(robot.missed)
     }
 
     /// Everyone has joined, by `processes` in the order of robots: the run's time begins.
@@ -176,6 +203,13 @@ impl Recorder {
         };
         self.origins.note(&command.packet, narrow(rate.ns(first)));
         let second_ns = narrow(rate.ns(second));
+        if let Some(recent) = &mut self.recent {
+            let ns = |counts: u32| narrow(rate.ns(counts.into()));
+            let RawTimes { receive, neighbors, cell, truncation, centroid, publish_before, .. } = *times;
+            let [receive, neighbors, cell, truncation, centroid, publish] =
+                [receive, neighbors, cell, truncation, centroid, publish_before].map(ns);
+            recent.note(index, [wake_ns, receive, neighbors, cell, truncation, centroid, publish]);
+        }
         self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
 
@@ -194,6 +228,7 @@ impl Recorder {
         self.work_in(index, self.journal.rounds());
         let robot = &mut self.robots[index];
         robot.open = None;
+        self.recent.iter_mut().for_each(|recent| recent.reborn(index));
         robot.missed_before += u64::from(std::mem::take(&mut robot.missed));
     }
 
@@ -248,7 +283,11 @@ impl Recorder {
                 continue;
             }
             for &first_ns in first_ns {
-                self.packets.add(u64::from(first_ns) + u64::from(answer.second_ns));
+                let ns = u64::from(first_ns) + u64::from(answer.second_ns);
+                self.packets.add(ns);
+                if let Some(recent) = &mut self.recent {
+                    recent.packet(ns);
+                }
             }
             match robot.answered(index, answer, began) {
                 Ok(None) => {}

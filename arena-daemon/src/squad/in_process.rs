@@ -1,6 +1,8 @@
 //! The in-process squad: every controller in one plain loop, without a process or a byte of
 //! shared memory between them. Bit for bit what lock-step processes compute.
 
+use std::sync::Arc;
+
 use arena::fault::{Act, Strike};
 use coverage::Controller;
 use protocol::{
@@ -11,13 +13,17 @@ use protocol::{
 };
 
 use super::{Answers, Squad, SquadError, Standing};
-use crate::stop::StopFlag;
+use crate::{
+    live::{self, Live, Survey},
+    stop::StopFlag,
+};
 
 /// All minds of a run.
 #[derive(Debug)]
 pub struct InProcess {
     minds: Vec<Mind>,
     setup: ControllerSetup,
+    live: Option<Arc<Live>>,
 }
 
 /// One life of a robot.
@@ -34,7 +40,13 @@ impl InProcess {
     /// The minds of so many robots, all with the same parameters.
     pub fn new(robots: u32, setup: ControllerSetup) -> Self {
         let minds = (0..robots).map(|index| Mind::new(RobotId::first(index), setup)).collect();
-        Self { minds, setup }
+        Self { minds, setup, live: None }
+    }
+
+    /// The same, watched by whom `live` is handed out to.
+    #[must_use]
+    pub fn watched(self, live: Option<Arc<Live>>) -> Self {
+        Self { live, ..self }
     }
 }
 
@@ -82,6 +94,27 @@ impl Squad for InProcess {
             *answer = mind.step(percept);
         }
         Ok(())
+    }
+
+    fn live(&self) -> Option<Arc<Live>> {
+        self.live.clone()
+    }
+
+    /// Nobody measures them.
+    fn survey(&mut self, _watched: bool) -> Survey {
+        let robot = |mind: &Mind| live::Robot {
+            id: mind.id,
+            pid: None,
+            standing: match mind {
+                Mind { controller: None, .. } => live::Standing::Down,
+                Mind { paused: true, .. } => live::Standing::Paused,
+                Mind { .. } => live::Standing::Present,
+            },
+            cycles: None,
+            missed_deadlines: 0,
+            refused: 0,
+        };
+        Survey { robots: self.minds.iter().map(robot).collect(), ..Survey::default() }
     }
 
     fn dismiss(&mut self) {}

@@ -1,7 +1,9 @@
 //! Processes in lock-step: the arena waits for every live agent, every tick.
 
 use std::{
-    mem, thread,
+    mem,
+    sync::Arc,
+    thread,
     time::{Duration, Instant},
 };
 
@@ -19,6 +21,7 @@ use super::{
     members::{Heard, Hosting, Members},
 };
 use crate::{
+    live::{Awaited, Live, Survey},
     profile::{Profile, Recorder},
     stop::StopFlag,
 };
@@ -90,8 +93,10 @@ impl Lockstep {
             let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
             self.collect(missing, tick, answers)?;
             if missing.is_empty() || self.stop.is_raised() {
+                self.members.nobody_is_waited_for();
                 return Ok(());
             }
+            self.members.wait_for(Awaited::Answer, missing, tick, rung);
             let late = rung.elapsed() > self.members.hang_timeout;
             let mut waited_for = Vec::new();
             for &index in &*missing {
@@ -178,6 +183,14 @@ impl Squad for Lockstep {
         self.members.profile()
     }
 
+    fn live(&self) -> Option<Arc<Live>> {
+        self.members.live()
+    }
+
+    fn survey(&mut self, watched: bool) -> Survey {
+        self.members.survey(watched)
+    }
+
     fn dismiss(&mut self) {
         self.members.dismiss();
     }
@@ -209,6 +222,10 @@ impl Squad for Trial<'_> {
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         self.squad.exchange(percepts, answers)
+    }
+
+    fn survey(&mut self, watched: bool) -> Survey {
+        self.squad.survey(watched)
     }
 
     /// The next trial needs them.

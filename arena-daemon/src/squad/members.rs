@@ -5,6 +5,7 @@ use std::{
     collections::BTreeSet,
     fmt, fs, io,
     ops::RangeInclusive,
+    sync::Arc,
     thread,
     time::{Duration, Instant},
 };
@@ -29,6 +30,7 @@ use protocol::{
 use super::{Answers, Incident, SquadError, Standing};
 use crate::{
     link::{Link, Lost},
+    live::{Awaited, Live},
     process::{Process, State},
     profile::{Profile, Recorder},
     stop::StopFlag,
@@ -56,6 +58,8 @@ pub struct Hosting {
     pub by_hand: BTreeSet<u32>,
     /// Whether the agents are measured.
     pub profile: bool,
+    /// Where those are told who watch the run.
+    pub live: Option<Arc<Live>>,
 }
 
 /// What an uplink held.
@@ -71,16 +75,16 @@ pub(super) enum Heard {
 
 /// One robot's agent.
 #[derive(Debug)]
-struct Member {
-    id: RobotId,
+pub(super) struct Member {
+    pub(super) id: RobotId,
     ports: Option<ArenaPorts>,
-    process: Option<Process>,
-    presence: Presence,
-    refused: u64,
+    pub(super) process: Option<Process>,
+    pub(super) presence: Presence,
+    pub(super) refused: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Presence {
+pub(super) enum Presence {
     /// Its services stand since then; nobody has come yet.
     Expected { since: Instant },
     /// It takes part.
@@ -112,10 +116,12 @@ pub(super) struct Members {
     plane: Plane,
     /// Frames of packets that agents are to hear.
     frames: Frames,
-    hosting: Hosting,
+    pub(super) hosting: Hosting,
+    /// When it was last told who is waited for, if somebody is.
+    pub(super) waiting_told: Option<Instant>,
     on_hang: OnHang,
     join_timeout: Duration,
-    members: Vec<Member>,
+    pub(super) members: Vec<Member>,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
     incidents: Vec<Incident>,
@@ -144,6 +150,7 @@ impl Members {
             plane,
             frames: Frames::of(robots as usize),
             hosting,
+            waiting_told: None,
             on_hang: scenario.processes.on_hang,
             join_timeout: scenario.processes.join_timeout(),
             members,
@@ -195,17 +202,21 @@ impl Members {
         stop: &StopFlag,
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
-        let mut noted = Instant::now();
+        let began = Instant::now();
+        let mut noted = began;
         loop {
             self.welcome(tick, answers)?;
             let expected = |&&index: &&usize| self.members[index].is_expected();
-            let missing = indices.iter().filter(expected).count();
-            if missing == 0 || stop.is_raised() {
+            let missing: Vec<usize> = indices.iter().filter(expected).copied().collect();
+            if missing.is_empty() || stop.is_raised() {
+                self.nobody_is_waited_for();
                 return Ok(());
             }
+            self.wait_for(Awaited::Join, &missing, tick, began);
             if noted.elapsed() >= NOTE_EVERY {
                 noted = Instant::now();
-                tracing::info!("waiting for {missing} of {} robots to join", indices.len());
+                let (missing, all) = (missing.len(), indices.len());
+                tracing::info!("waiting for {missing} of {all} robots to join");
             }
             if self.doorbell.wait_for_answers(JOIN_POLL) {
                 // The countdown is through, but somebody is missing: look again a little later.

@@ -1,6 +1,9 @@
 //! Processes on their own timers: the arena takes in what comes as it comes, and waits for nobody.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use arena::{fault::Strike, scenario::Scenario};
 use protocol::{
@@ -14,6 +17,7 @@ use super::{
     members::{Heard, Hosting, Members},
 };
 use crate::{
+    live::{Awaited, Live, Survey},
     profile::{Profile, Recorder},
     stop::StopFlag,
 };
@@ -22,6 +26,9 @@ use crate::{
 /// against the arena's, so that a cycle may see no command of an agent and the next one two. After
 /// that the robot stands still and is silent.
 const HOLD_CYCLES: u64 = 3;
+
+/// Who has not been heard for longer than this, and than two cycles, is named to those who watch.
+const SILENT: Duration = Duration::from_millis(500);
 
 /// The arena looks every cycle; when this much more time has passed, it was itself away.
 const ABSENCE: Duration = Duration::from_millis(500);
@@ -181,6 +188,20 @@ impl Squad for Realtime {
 
     fn profile(&mut self) -> Option<Profile> {
         self.members.profile()
+    }
+
+    fn live(&self) -> Option<Arc<Live>> {
+        self.members.live()
+    }
+
+    fn survey(&mut self, watched: bool) -> Survey {
+        let silent = (0..).zip(&self.latest).filter_map(|(index, latest)| {
+            let since = latest.as_ref()?.arrived;
+            (self.members.is_present(index) && since.elapsed() > SILENT.max(2 * self.cycle))
+                .then_some((index, since))
+        });
+        let waiting = self.members.waiting(Awaited::Sign, silent, self.tick);
+        Survey { waiting, ..self.members.survey(watched) }
     }
 
     fn dismiss(&mut self) {

@@ -235,6 +235,7 @@ fn options(scenario: &Scenario) -> RunOptions {
         speed: None,
         overload: Overload::Report,
         out: None,
+        metrics: None,
         no_profile: true,
         log: None,
         quiet: true,

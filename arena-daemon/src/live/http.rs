@@ -1,0 +1,189 @@
+//! Metrics over HTTP, for Prometheus and for `curl`: `GET /metrics`.
+//!
+//! One route and one kind of client, so this is all of HTTP that is spoken here: a request line, headers that do not
+//! matter, an answer, the end of the connection. A thread of its own serves one client at a time and waits for none
+//! longer than a second; the run's loop never waits.
+
+use std::{
+    fmt, io,
+    io::{Read, Write},
+    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream},
+    str::FromStr,
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{Live, prometheus};
+
+/// How long a client gets for its request, and again for its answer.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Longest request that is read, bytes.
+const REQUEST_MAX: usize = 8192;
+/// Pause after a connection that could not be made, as when no descriptor is free.
+const PAUSE: Duration = Duration::from_millis(100);
+/// What a scrape is: Prometheus text of this version.
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// Where metrics are served: `127.0.0.1:9464`, `[::1]:9464`, or `:9464` on this machine alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetricsAddr(pub SocketAddr);
+
+impl FromStr for MetricsAddr {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let port = text.strip_prefix(':').or_else(|| text.strip_prefix("localhost:"));
+        let address = match port {
+            Some(port) => port.parse().ok().map(|port| (IpAddr::V4(Ipv4Addr::LOCALHOST), port).into()),
+            None => text.parse().ok(),
+        };
+        let hint = "use an address and a port, such as 127.0.0.1:9464, or :9464 for this machine alone";
+        address.map(Self).ok_or_else(|| hint.into())
+    }
+}
+
+impl fmt::Display for MetricsAddr {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Why metrics cannot be served.
+#[derive(Debug, thiserror::Error)]
+#[error("--metrics {address}: {error}; choose another port, or 0 for any that is free")]
+pub struct BindError {
+    address: MetricsAddr,
+    error: io::Error,
+}
+
+/// Metrics that will be served.
+#[derive(Debug)]
+pub struct Endpoint(TcpListener);
+
+impl Endpoint {
+    /// Takes `address`.
+    ///
+    /// # Errors
+    /// If it is in use, or not ours.
+    pub fn bind(address: MetricsAddr) -> Result<Self, BindError> {
+        TcpListener::bind(address.0).map(Self).map_err(|error| BindError { address, error })
+    }
+
+    /// Serves until this process ends, and says where.
+    ///
+    /// # Errors
+    /// If no thread can be made for it.
+    pub fn serve(self, live: Arc<Live>) -> io::Result<()> {
+        let Self(listener) = self;
+        tracing::info!("metrics at http://{}/metrics", listener.local_addr()?);
+        thread::Builder::new().name("metrics".into()).spawn(move || {
+            for stream in listener.incoming() {
+                match stream {
+                    // A client that breaks off has its reasons.
+                    Ok(stream) => drop(answer(&stream, &live)),
+                    Err(_) => thread::sleep(PAUSE),
+                }
+            }
+        })?;
+        Ok(())
+    }
+}
+
+fn answer(mut stream: &TcpStream, live: &Live) -> io::Result<()> {
+    let request = request_line(stream)?;
+    let (status, kind, body) = match request.split(' ').collect::<Vec<_>>()[..] {
+        ["GET" | "HEAD", path, _] if path.split('?').next() == Some("/metrics") => {
+            ("200 OK", TEXT, prometheus::text(&live.ask()))
+        }
+        ["GET" | "HEAD", ..] => ("404 Not Found", "text/plain", "metrics are at /metrics\n".into()),
+        [_, _, _] => ("405 Method Not Allowed\r\nAllow: GET, HEAD", "text/plain", String::new()),
+        _ => ("400 Bad Request", "text/plain", String::new()),
+    };
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let length = body.len();
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+    )?;
+    if !request.starts_with("HEAD ") {
+        stream.write_all(body.as_bytes())?;
+    }
+    stream.flush()
+}
+
+/// The first line of a request, which is read to the end of its headers: a client that is answered while it still
+/// talks may take that for a broken connection.
+fn request_line(mut stream: &TcpStream) -> io::Result<String> {
+    let deadline = Instant::now() + PATIENCE;
+    let (mut request, mut chunk) = (Vec::new(), [0; 1024]);
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        stream.set_read_timeout(Some(left))?;
+        let read = stream.read(&mut chunk)?;
+        request.extend_from_slice(&chunk[..read]);
+        if read == 0 || request.ends_with(b"\r\n\r\n") || request.len() > REQUEST_MAX {
+            let first = request.split(|&byte| byte == b'\r').next().unwrap_or_default();
+            return Ok(String::from_utf8_lossy(first).into_owned());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::tests::about;
+
+    #[test]
+    fn addresses_without_a_host_are_of_this_machine() {
+        let parsed = |text: &str| text.parse::<MetricsAddr>().map(|address| address.to_string());
+        for (text, address) in [
+            (":9464", "127.0.0.1:9464"),
+            ("localhost:0", "127.0.0.1:0"),
+            ("0.0.0.0:9464", "0.0.0.0:9464"),
+            ("[::1]:9464", "[::1]:9464"),
+        ] {
+            assert_eq!(parsed(text).as_deref(), Ok(address));
+        }
+        for bad in ["", "9464", ":", ":70000", "host:9464", "127.0.0.1"] {
+            assert!(parsed(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    fn exchange(address: SocketAddr, request: &str) -> String {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    }
+
+    #[test]
+    fn metrics_are_served_and_nothing_else_is() {
+        let endpoint = Endpoint::bind(":0".parse().unwrap()).unwrap();
+        let address = endpoint.0.local_addr().unwrap();
+        assert!(address.ip().is_loopback());
+        let taken = Endpoint::bind(MetricsAddr(address)).unwrap_err().to_string();
+        assert!(taken.contains(&address.to_string()) && taken.contains("in use"), "{taken}");
+        endpoint.serve(Arc::new(Live::new(about(), 10, true))).unwrap();
+        let scrape = exchange(address, "GET /metrics HTTP/1.1\r\nHost: lab\r\n\r\n");
+        assert!(scrape.starts_with("HTTP/1.1 200 OK\r\n") && scrape.contains(TEXT), "{scrape}");
+        let (_, body) = scrape.split_once("\r\n\r\n").unwrap();
+        assert!(body.contains("\nlamplight_ticks_total 0\n"), "{body}");
+        assert!(scrape.contains(&format!("Content-Length: {}\r\n", body.len())), "{scrape}");
+        let head = exchange(address, "HEAD /metrics HTTP/1.1\r\n\r\n");
+        assert!(head.starts_with("HTTP/1.1 200 OK\r\n") && head.ends_with("\r\n\r\n"), "{head}");
+        for (request, status) in [
+            ("GET / HTTP/1.1\r\n\r\n", "404"),
+            ("POST /metrics HTTP/1.1\r\n\r\n", "405"),
+            ("hello\r\n\r\n", "400"),
+            ("\r\n\r\n", "400"),
+        ] {
+            let answer = exchange(address, request);
+            assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{request:?}: {answer}");
+        }
+    }
+}
