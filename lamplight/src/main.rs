@@ -17,6 +17,7 @@ mod say;
 mod shrink;
 mod summary_text;
 mod supervisor;
+mod top;
 
 use std::process::ExitCode;
 
@@ -65,6 +66,11 @@ enum Command {
     /// bytes. Only what an earlier report wrote is written over. Exit status: 0, or 2 for a folder that is no run
     /// and no batch, or whose files cannot be read.
     Report(report::ReportArgs),
+    /// Watch a live run in the terminal: how fast it goes, who is slow, who is waited for
+    ///
+    /// Only runs of processes can be watched. Keys: q quits, s sorts robots by something else, arrows scroll. Exit
+    /// status: 0, also when the run ends; 1 if it cannot be watched; 2 if there is no such run.
+    Top(top::TopArgs),
     /// Check a scenario file; errors name the line
     Check(check::CheckArgs),
     /// Remove what crashed runs have left in shared memory; live runs are not touched
@@ -80,6 +86,7 @@ fn main() -> ExitCode {
         Command::Shrink(args) => shrink::shrink(&args),
         Command::Fuzz(args) => fuzz::fuzz(&args),
         Command::Report(args) => report::report(&args),
+        Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
         Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),

@@ -1,0 +1,201 @@
+//! Asks a run how it is, again and again, and shows it until somebody has seen enough or it ends.
+
+use std::{
+    collections::HashMap,
+    io::{self, ErrorKind},
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, anyhow};
+use arena_daemon::{
+    live::{Snapshot, socket},
+    process::Process,
+    stop::StopFlag,
+};
+use protocol::run_dir::RunDir;
+use ratatui::{
+    DefaultTerminal,
+    crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
+};
+
+use super::{cpu::Cpu, rates::Rates, screen::Screen};
+use crate::{failure::Failure, say::say};
+
+/// Time between two looks at the run.
+const EVERY: Duration = Duration::from_millis(200);
+/// How long a run gets that has just begun, to make its socket.
+const BEGINS: Duration = Duration::from_secs(1);
+/// Time between two tries meanwhile.
+const TRY: Duration = Duration::from_millis(20);
+
+/// What a run said to a question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// How it is.
+    Told,
+    /// Nothing, though it is alive.
+    Silent,
+    /// It is no longer alive.
+    Ended,
+}
+
+/// Watches one run.
+pub(super) struct Watcher {
+    run: RunDir,
+    began: Instant,
+    last: Option<Snapshot>,
+    /// Since when it is silent.
+    silent: Option<Instant>,
+    rates: Rates,
+    cpu: Cpu,
+    shares: HashMap<u32, f64>,
+    pub(super) screen: Screen,
+}
+
+impl Watcher {
+    pub(super) fn of(run: RunDir) -> Self {
+        Self {
+            run,
+            began: Instant::now(),
+            last: None,
+            silent: None,
+            rates: Rates::default(),
+            cpu: Cpu::default(),
+            shares: HashMap::new(),
+            screen: Screen::default(),
+        }
+    }
+
+    /// Asks the run how it is.
+    pub(super) fn ask(&mut self) -> Result<Asked, Failure> {
+        let asked = Instant::now();
+        loop {
+            match socket::ask(&self.run) {
+                Ok(snapshot) => {
+                    self.rates.note(Instant::now(), snapshot.tick, snapshot.time_s);
+                    let shown = self.screen.shown(&snapshot);
+                    self.shares = self.cpu.shares(shown.filter_map(|robot| robot.pid));
+                    (self.last, self.silent) = (Some(snapshot), None);
+                    return Ok(Asked::Told);
+                }
+                Err(_) if RunDir::open(self.run.name().clone()).is_err() => return Ok(Asked::Ended),
+                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                    self.silent.get_or_insert(asked);
+                    return Ok(Asked::Silent);
+                }
+                // It has just begun, or is just about to end.
+                Err(_) if self.began.elapsed() < BEGINS || self.last.is_some() => thread::sleep(TRY),
+                Err(error) => {
+                    let name = self.run.name();
+                    let why = match error.kind() {
+                        ErrorKind::NotFound => "it is a batch, or of another version".into(),
+                        _ => error.to_string(),
+                    };
+                    return Err(Failure::Run(anyhow!("run `{name}` cannot be watched: {why}")));
+                }
+            }
+        }
+    }
+
+    /// What there is to see; `None` before the run has told anything.
+    pub(super) fn view(&self) -> Option<super::View<'_>> {
+        Some(super::View {
+            snapshot: self.last.as_ref()?,
+            rate: self.rates.rate(),
+            shares: &self.shares,
+            silence: self.silent.map(|_| self.silence()),
+            screen: &self.screen,
+        })
+    }
+
+    /// The run is alive and says nothing.
+    pub(super) fn silence(&self) -> String {
+        let seconds = self.silent.map_or(0.0, |since| since.elapsed().as_secs_f64());
+        let arena = self.last.as_ref().map(|last| last.of.arena_pid);
+        let state = arena.and_then(Process::find).map(|process| process.state());
+        match (arena, state) {
+            (Some(pid), Some(state)) => {
+                format!("the arena (pid {pid}, {state}) has not answered for {seconds:.1} s")
+            }
+            _ => format!("the arena has not answered for {seconds:.1} s"),
+        }
+    }
+
+    /// The run is over.
+    pub(super) fn farewell(&self) -> String {
+        format!("run `{}` has ended\n", self.run.name())
+    }
+}
+
+/// Shows the run until it ends, or a key or a signal says that it is enough.
+pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    // Before the terminal is taken: what is wrong at once is said on it as it is.
+    let mut asked = watcher.ask()?;
+    let shown = if asked == Asked::Ended {
+        Ok(asked)
+    } else {
+        // Gives the terminal back before the message of a panic, too.
+        let mut terminal = ratatui::try_init().map_err(Failure::run)?;
+        let shown = (|| {
+            while asked != Asked::Ended && !stop.is_raised() {
+                draw(&mut terminal, watcher)?;
+                if is_enough(watcher)? {
+                    break;
+                }
+                asked = watcher.ask()?;
+            }
+            Ok(asked)
+        })();
+        ratatui::restore();
+        shown
+    };
+    match shown? {
+        Asked::Ended => say(&watcher.farewell()),
+        Asked::Told | Asked::Silent => Ok(()),
+    }
+}
+
+fn draw(terminal: &mut DefaultTerminal, watcher: &Watcher) -> Result<(), Failure> {
+    terminal
+        .draw(|frame| match watcher.view() {
+            Some(view) => frame.render_widget(view, frame.area()),
+            None => frame.render_widget(watcher.silence(), frame.area()),
+        })
+        .map(drop)
+        .map_err(Failure::run)
+}
+
+/// Until the next look: follows keys. Returns whether one says that it is enough.
+fn is_enough(watcher: &mut Watcher) -> Result<bool, Failure> {
+    let due = Instant::now() + EVERY;
+    loop {
+        let left = due.saturating_duration_since(Instant::now());
+        let event = match event::poll(left).and_then(|comes| comes.then(event::read).transpose()) {
+            Ok(Some(event)) => event,
+            Ok(None) => return Ok(false),
+            // A signal.
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(false),
+            Err(error) => return Err(Failure::run(error)),
+        };
+        match event {
+            Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. }) => match code {
+                KeyCode::Char('q') | KeyCode::Esc => return Ok(true),
+                KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => return Ok(true),
+                KeyCode::Char('s') => watcher.screen.sort_next(),
+                KeyCode::Down | KeyCode::Char('j') => watcher.screen.scroll(1),
+                KeyCode::Up | KeyCode::Char('k') => watcher.screen.scroll(-1),
+                KeyCode::PageDown => watcher.screen.scroll(10),
+                KeyCode::PageUp => watcher.screen.scroll(-10),
+                KeyCode::Home => watcher.screen.scroll(isize::MIN),
+                _ => continue,
+            },
+            Event::Resize(..) => {}
+            _ => continue,
+        }
+        // What has changed is to be seen at once.
+        return Ok(false);
+    }
+}
