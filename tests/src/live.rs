@@ -70,6 +70,16 @@ impl LiveRun {
         Self { name, folder: Some(folder), child: Some(child) }
     }
 
+    /// Reads what it says on standard error up to a line that holds `what`, and returns that line. What has been read
+    /// so is not in the output at the end.
+    ///
+    /// # Panics
+    /// If it ends without having said it.
+    pub fn hear(&mut self, what: &str) -> String {
+        let child = self.child.as_mut().expect("the run has not been finished");
+        heard(child.stderr.as_mut().expect("it is piped, and drained at the end"), what)
+    }
+
     /// Starts one of this run's agents by hand.
     ///
     /// # Panics
@@ -199,6 +209,24 @@ impl Drop for LiveRun {
         }
         let _ = lamplight(["clean"]).output();
     }
+}
+
+/// Reads up to a line that holds `what`, and no further, and returns it.
+///
+/// # Panics
+/// If there is none.
+pub fn heard(pipe: &mut impl Read, what: &str) -> String {
+    let (mut line, mut byte) = (Vec::new(), [0]);
+    while pipe.read(&mut byte).expect("a pipe can be read") == 1 {
+        match byte {
+            [b'\n'] if String::from_utf8_lossy(&line).contains(what) => break,
+            [b'\n'] => line.clear(),
+            [byte] => line.push(byte),
+        }
+    }
+    let line = String::from_utf8_lossy(&line).into_owned();
+    assert!(line.contains(what), "nothing is said of `{what}`");
+    line
 }
 
 /// Reads all that comes, in a thread of its own.
