@@ -10,7 +10,7 @@ const DIGITS: u8 = 2;
 /// A window holds what has come in the last one to two of these.
 const TURN: Duration = Duration::from_secs(5);
 
-/// Times of the last 5 to 10 s ([`TURN`]).
+/// Times of the last 5 to 10 s.
 #[derive(Clone, Debug)]
 pub struct Window {
     now: Histogram<u32>,

@@ -201,7 +201,7 @@ impl View<'_> {
             let cycles = robot.cycles.map(|cycles| [cycles.p99_us, cycles.last_us, cycles.wake_us]);
             let [p99, last, wake] = cycles.map_or_else(|| [(); 3].map(|()| dash()), |us| us.map(span));
             let share = robot.pid.and_then(|pid| self.shares.get(&pid));
-            let cpu = share.map_or_else(dash, |share| format!("{:.0}%", share * 100.0));
+            let cpu = share.map_or_else(dash, |share| format!("{:.1}%", share * 100.0));
             let waited = waited(self.snapshot, robot);
             let state = waited.and_then(|waited| waited.state.clone());
             let line = format!(

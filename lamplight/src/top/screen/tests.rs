@@ -111,7 +111,7 @@ fn a_screen_shows_who_the_tick_waits_for() {
 
          robot life     pid  state    cycle p99      last   wake-up   cpu missed refused
             17    1    4242  stopped     9.0 us   26.5 us   80.0 us     -      0       0
-             2    1    4227  present    1.50 ms   11.5 us   80.0 us   12%      0       1
+             2    1    4227  present    1.50 ms   11.5 us   80.0 us 12.5%      0       1
              4    3    4229  present    31.0 us   13.5 us   80.0 us     -      0       0
              1    1    4226  present    30.0 us   10.5 us   80.0 us     -      0       0
         q quit   s sort (slowest first)   arrows scroll
