@@ -193,3 +193,23 @@ fn in_real_time_lateness_is_the_timers_own_and_answers_may_come_late() {
     // Robot 1's first packet was heard with tick 1, and its origin was known by then.
     assert_eq!(robot.histograms.of(Span::Packet).len(), 1);
 }
+
+#[test]
+fn recent_cycles_are_known_as_long_as_somebody_watches() {
+    let mut recorder = recorder(Mode::Lockstep);
+    exchange(&mut recorder, 0, |_| {});
+    assert!(recorder.recent_times().is_none() && recorder.recent_cycles(0).is_none());
+    recorder.watch(true);
+    assert_eq!(recorder.recent_cycles(0), None, "it had none since");
+    for tick in 1..40 {
+        recorder.watch(true);
+        exchange(&mut recorder, tick, |times| times.centroid = 2);
+    }
+    let times = recorder.recent_times().unwrap();
+    assert_eq!(times.cycle.unwrap().count, 2 * 39, "without waiting for a robot's turn");
+    assert!(times.packet.is_some() && recorder.recent_cycles(1).unwrap().wake_us > 0.0);
+    recorder.reborn(1);
+    assert!(recorder.recent_cycles(1).is_none() && recorder.recent_cycles(0).is_some());
+    recorder.watch(false);
+    assert_eq!(recorder.recent_times(), None);
+}
