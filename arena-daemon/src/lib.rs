@@ -19,4 +19,5 @@ pub mod progress;
 pub mod squad;
 pub mod stop;
 pub mod summary;
+pub mod trace;
 pub mod trial;

@@ -16,6 +16,7 @@ use arena_daemon::{
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
     stop::StopFlag,
     summary::Summary,
+    trace::{Traced, Tracer},
     trial,
 };
 use clap::Parser;
@@ -112,7 +113,8 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
-    let mut hosting = Hosting { run: run.clone(), link, by_hand, profile, live: None };
+    let mut hosting =
+        Hosting { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
     let over = match trials {
         Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
         None => {
@@ -152,10 +154,15 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
     let mut arena = Arena::new(scenario)?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
     let mode = cli.run.mode();
+    let tracer = Tracer::begin(&cli.run.trace, scenario, mode)?;
+    let hosting = Hosting { tracer: tracer.clone(), ..hosting };
     let mut squad: Box<dyn Squad> = match mode {
         Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
     };
+    if tracer.is_on() {
+        squad = Box::new(Traced::new(squad, tracer.clone()));
+    }
     let audience = match (cli.run.quiet, cli.live) {
         (true, _) => Audience::Nobody,
         (false, true) => Audience::Supervisor,
@@ -163,7 +170,13 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
     };
     let (speed, overload) = (cli.run.speed, cli.run.overload);
     let plan = Plan { engine: "processes", mode, speed, overload, shares: true, audience };
-    engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, &mut engine::content)
+    let observer: &mut engine::Observer<'_> = &mut |arena, _| {
+        tracer.tick_ends(arena);
+        Ok(())
+    };
+    let summary = engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, observer);
+    tracer.finish();
+    summary
 }
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until

@@ -13,7 +13,11 @@ use clap::{
 use logbook::Format;
 use protocol::setup::Mode;
 
-use crate::{live::http::MetricsAddr, pace::Overload};
+use crate::{
+    live::http::MetricsAddr,
+    pace::Overload,
+    trace::{TraceError, TraceOptions},
+};
 
 /// How time passes, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -82,6 +86,10 @@ pub struct RunOptions {
     #[arg(long)]
     pub no_profile: bool,
 
+    /// Whether there is to be a trace
+    #[command(flatten)]
+    pub trace: TraceOptions,
+
     /// How log lines are written, on standard error [default: what LAMPLIGHT_LOG says, or text]
     #[arg(long, value_name = "FORMAT", value_parser = log_format())]
     pub log: Option<Format>,
@@ -105,6 +113,9 @@ pub enum LoadError {
         "--speed {0}: in --mode realtime virtual time is real time; leave --speed out, or run in lock-step"
     )]
     SpeedInRealtime(f64),
+    /// There can be no such trace.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
 }
 
 impl ScenarioOptions {
@@ -136,7 +147,9 @@ impl RunOptions {
         if let (ModeName::Realtime, Some(speed)) = (self.mode, self.speed) {
             return Err(LoadError::SpeedInRealtime(speed));
         }
-        self.scenario.load()
+        let scenario = self.scenario.load()?;
+        self.trace.check(&scenario, !self.no_profile)?;
+        Ok(scenario)
     }
 
     /// How time passes.
@@ -173,6 +186,7 @@ impl RunOptions {
         if self.no_profile {
             arguments.push("--no-profile".into());
         }
+        arguments.extend(self.trace.arguments());
         if self.quiet {
             arguments.push("--quiet".into());
         }

@@ -151,6 +151,10 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
         let message = "--name and --by-hand are about processes; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
     }
+    if options.trace.file.is_some() {
+        let message = "--trace shows processes, and the in-process engine has none; use --engine processes";
+        return Err(Failure::Usage(anyhow!(message)));
+    }
     let mut arena = Arena::new(scenario).map_err(Failure::usage)?;
     let live = watchable(options, scenario)?;
     prepare_out(options)?;

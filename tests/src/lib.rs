@@ -1,7 +1,8 @@
-//! What the cross-crate tests share: reference vectors, and the real programs.
+//! What the cross-crate tests share: reference vectors, the real programs, and a reader of traces.
 
 #![forbid(unsafe_code)]
 
 pub mod live;
 pub mod programs;
+pub mod trace;
 pub mod vectors;

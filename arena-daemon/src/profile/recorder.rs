@@ -28,7 +28,7 @@ use super::{
     recent::{Recent, RecentCycles, RecentTimes},
     usage::Usage,
 };
-use crate::process::Process;
+use crate::{process::Process, trace::Tracer};
 
 /// Cycles of a robot that go into its histograms at once.
 const ROUNDS: usize = 32;
@@ -60,6 +60,7 @@ pub struct Recorder {
     observer: Option<Observer>,
     /// While somebody watches the run.
     recent: Option<Recent>,
+    tracer: Tracer,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -121,7 +122,13 @@ impl Recorder {
             packets_unknown: 0,
             observer: None,
             recent: None,
+            tracer: Tracer::default(),
         }
+    }
+
+    /// Has `tracer` told all that it traces, as soon as it is known.
+    pub fn traced(self, tracer: Tracer) -> Self {
+        Self { tracer, ..self }
     }
 
     /// Has every cycle shown to `observer` too, some cycles later.
@@ -156,7 +163,9 @@ impl Recorder {
     pub fn begin(&mut self, processes: &[Option<Process>]) {
         self.counters = Some(Counters::open(processes));
         let rate = self.calibration.finish();
-        self.began = Some(Began { at: self.clock.now(), at_time: SystemTime::now(), rate });
+        let at = self.clock.now();
+        self.began = Some(Began { at, at_time: SystemTime::now(), rate });
+        self.tracer.with(|recording| recording.begin(self.clock, at, rate));
     }
 
     /// The percepts of `tick` are ready, and about to be handed out.
@@ -168,12 +177,14 @@ impl Recorder {
     pub fn hand_out(&mut self, index: usize, percept: &Percept) {
         if self.began.is_some() && percept.tick != BOOT_TICK {
             self.packets_unknown += self.journal.hand_out(index, percept, &self.origins) as u64;
+            self.tracer.with(|recording| recording.hand_out(index, percept));
         }
     }
 
     /// The doorbell is about to be rung.
     pub fn ring(&mut self) {
         self.rung = self.clock.now();
+        self.tracer.with(|recording| recording.ring(self.rung));
     }
 
     /// The arena takes in `command` of robot `index` in answer to `tick`, with what its agent says about it.
@@ -202,6 +213,7 @@ impl Recorder {
             return;
         };
         self.origins.note(&command.packet, narrow(rate.ns(first)));
+        self.tracer.with(|recording| recording.answered(index, tick, &command.packet));
         let second_ns = narrow(rate.ns(second));
         if let Some(recent) = &mut self.recent {
             let ns = |counts: u32| narrow(rate.ns(counts.into()));
@@ -220,6 +232,11 @@ impl Recorder {
         let first = (self.journal.rounds() % ROUNDS as u64) as usize * some;
         for index in first..(first + some).min(self.robots.len()) {
             self.work_in(index, whole);
+        }
+        // A trace wants the cycles of a tick together.
+        if self.tracer.is_on() {
+            let traced = (0..self.robots.len()).filter(|&index| self.tracer.traces(index));
+            traced.collect::<Vec<_>>().into_iter().for_each(|index| self.work_in(index, whole));
         }
     }
 
@@ -306,6 +323,7 @@ impl Recorder {
         if let Some(observer) = self.observer.as_mut().filter(|_| !self.rows.is_empty()) {
             observer(&self.rows);
         }
+        self.tracer.with(|recording| recording.cycles(&self.rows));
         self.rows.clear();
     }
 }

@@ -34,6 +34,7 @@ use crate::{
     process::{Process, State},
     profile::{Profile, Recorder},
     stop::StopFlag,
+    trace::Tracer,
 };
 
 /// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
@@ -60,6 +61,8 @@ pub struct Hosting {
     pub profile: bool,
     /// Where those are told who watch the run.
     pub live: Option<Arc<Live>>,
+    /// Who is told what they do when, if they are measured.
+    pub tracer: Tracer,
 }
 
 /// What an uplink held.
@@ -144,7 +147,9 @@ impl Members {
             Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
         Ok(Self {
             doorbell,
-            recorder: hosting.profile.then(|| Recorder::new(robots as usize, mode)),
+            recorder: hosting
+                .profile
+                .then(|| Recorder::new(robots as usize, mode).traced(hosting.tracer.clone())),
             hang_timeout: scenario.processes.hang_timeout(),
             medium,
             plane,

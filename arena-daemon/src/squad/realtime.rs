@@ -134,6 +134,7 @@ impl Squad for Realtime {
         self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
         let mut present = Vec::with_capacity(percepts.len());
         self.members.send(percepts, &mut present)?;
+        self.members.recorder.iter_mut().for_each(Recorder::ring);
         self.members.doorbell.ring();
         self.members.recorder.iter_mut().for_each(Recorder::digest);
         for index in present {

@@ -19,6 +19,7 @@ use arena_daemon::{
     pace::Overload,
     stop::StopFlag,
     summary::Ending,
+    trace::TraceOptions,
     trial::Record,
 };
 use protocol::{
@@ -237,6 +238,7 @@ fn options(scenario: &Scenario) -> RunOptions {
         out: None,
         metrics: None,
         no_profile: true,
+        trace: TraceOptions::default(),
         log: None,
         quiet: true,
     }
