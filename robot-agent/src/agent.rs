@@ -27,9 +27,11 @@ pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
 pub(crate) struct Agent {
     pub(crate) id: RobotId,
     pub(crate) stopwatch: Stopwatch,
-    controller: Controller,
+    // Both have room for far more than they mostly hold. Made where they stay, and not moved there, they take the
+    // memory that they use and no more.
+    controller: Box<Controller>,
+    percept: Box<Percept>,
     ports: AgentPorts,
-    percept: Percept,
     /// Whether the percept waits for an answer.
     waits: bool,
     pid: u32,
@@ -37,8 +39,8 @@ pub(crate) struct Agent {
 
 impl Agent {
     pub(crate) fn new(id: RobotId, setup: ControllerSetup, ports: AgentPorts) -> Self {
-        let controller = Controller::new(id, setup);
-        let (stopwatch, percept) = (Stopwatch::new(), Percept::empty(0));
+        let controller = Box::new(Controller::new(id, setup));
+        let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
         Self { id, stopwatch, controller, ports, percept, waits: false, pid: std::process::id() }
     }
 
@@ -56,7 +58,7 @@ impl Agent {
         }
         if self.percept.tick == BOOT_TICK {
             tracing::debug!("begins anew");
-            self.controller = Controller::new(self.id, setup_of(run)?.controller);
+            *self.controller = Controller::new(self.id, setup_of(run)?.controller);
             self.announce()?;
             self.stopwatch.booted();
             return Ok(true);
