@@ -3,7 +3,7 @@
 use std::{
     collections::HashMap,
     io::{self, ErrorKind},
-    thread,
+    process, thread,
     time::{Duration, Instant},
 };
 
@@ -128,10 +128,14 @@ impl Watcher {
     }
 }
 
+/// Time to leave in order after a signal.
+const GRACE: Duration = Duration::from_secs(1);
+
 /// Shows the run until it ends, or a key or a signal says that it is enough.
 pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    leave_a_lost_terminal(stop.clone());
     // Before the terminal is taken: what is wrong at once is said on it as it is.
     let mut asked = watcher.ask()?;
     let shown = if asked == Asked::Ended {
@@ -156,6 +160,19 @@ pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
         Asked::Ended => say(&watcher.farewell()),
         Asked::Told | Asked::Silent => Ok(()),
     }
+}
+
+/// Waiting for keys of a terminal that has gone away never ends, and takes a whole core. Its hangup is a signal: who
+/// has not left a moment after one does not wait any longer.
+fn leave_a_lost_terminal(stop: StopFlag) {
+    thread::spawn(move || {
+        while !stop.is_raised() {
+            thread::sleep(EVERY);
+        }
+        thread::sleep(GRACE);
+        ratatui::restore();
+        process::exit(stop.signal().map_or(1, |signal| 128 + signal));
+    });
 }
 
 fn draw(terminal: &mut DefaultTerminal, watcher: &Watcher) -> Result<(), Failure> {
