@@ -9,7 +9,10 @@
 //! A gap just under π is formally bounded and can still reach hundreds of meters: the optional cap
 //! (a regular 24-gon) holds that, and the speed cap.
 
-use core::f64::consts::{PI, TAU};
+use core::{
+    f64::consts::{PI, TAU},
+    mem,
+};
 
 use arrayvec::ArrayVec;
 use nalgebra::Vector2;
@@ -70,8 +73,13 @@ pub fn cap(cell: &mut Polygon, closure: &Closure) {
     if polygon::reach(cell) <= cap {
         return;
     }
+    // From one polygon to the other and back: after an even number of cuts the last one is in `cell`.
+    const { assert!(CAP_SIDES.is_multiple_of(2)) };
+    let mut spare = Polygon::new();
+    let (mut from, mut to) = (cell, &mut spare);
     for side in 0..CAP_SIDES {
         let line = HalfPlane::new(TAU * side as f64 / CAP_SIDES as f64, cap);
-        *cell = polygon::clipped(cell, |v| line.distance - v.dot(&line.normal));
+        polygon::clip(to, from, |v| line.distance - v.dot(&line.normal));
+        mem::swap(&mut from, &mut to);
     }
 }

@@ -1,8 +1,6 @@
 //! The robot's picture of the sensory function: φ̂(q) = φ(p) + ∇φ · (q − p) (eq. 13), here with
 //! p = 0, so c1 = φ(p) and the gradient is [c2 c3]ᵀ.
 
-use core::ops::Deref;
-
 use nalgebra::Vector2;
 use protocol::{
     frame::BodyVector,
@@ -11,7 +9,7 @@ use protocol::{
     units::Meters,
 };
 
-use crate::polygon::{Polygon, clipped};
+use crate::polygon::{Polygon, clip};
 
 /// An affine estimate of φ around the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,33 +47,14 @@ impl LinearField {
         self.value + self.gradient.dot(point)
     }
 
-    /// V+: the part of a cell where φ̂ is not negative (eq. 12); empty if that has no area.
-    pub fn positive_part<'a>(&self, cell: &'a [Vector2<f64>]) -> PositivePart<'a> {
+    /// V+: the part of a cell where φ̂ is not negative (eq. 12); empty if that has no area. Most of the time it is the
+    /// cell itself, which then need not be copied; else it is written over `part`.
+    pub fn positive_part<'a>(&self, cell: &'a [Vector2<f64>], part: &'a mut Polygon) -> &'a [Vector2<f64>] {
         if cell.len() >= 3 && cell.iter().all(|vertex| self.at(vertex) >= 0.0) {
-            return PositivePart::Whole(cell);
+            return cell;
         }
-        PositivePart::Cut(clipped(cell, |vertex| self.at(vertex)))
-    }
-}
-
-/// V+, as vertices: most of the time the cell itself, which then need not be copied.
-#[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocation in this crate")]
-pub enum PositivePart<'a> {
-    /// φ̂ is negative nowhere in the cell.
-    Whole(&'a [Vector2<f64>]),
-    /// What is left of the cell.
-    Cut(Polygon),
-}
-
-impl Deref for PositivePart<'_> {
-    type Target = [Vector2<f64>];
-
-    fn deref(&self) -> &Self::Target {
-        match self {
-            Self::Whole(cell) => cell,
-            Self::Cut(part) => part,
-        }
+        clip(part, cell, |vertex| self.at(vertex));
+        part
     }
 }
 

@@ -20,10 +20,11 @@ pub fn edges(polygon: &[Vector2<f64>]) -> impl Iterator<Item = (&Vector2<f64>, &
     polygon.iter().zip(rest.iter().chain(first))
 }
 
-/// The part of a convex polygon where the affine function `height` is zero or more; empty if that
-/// part has no area. Cutting a convex polygon once adds at most one vertex.
-pub fn clipped(polygon: &[Vector2<f64>], height: impl Fn(&Vector2<f64>) -> f64) -> Polygon {
-    let mut kept = Polygon::new();
+/// Writes over `kept` the part of a convex polygon where the affine function `height` is zero or more; empty if
+/// that part has no area. Cutting a convex polygon once adds at most one vertex. In place, because a polygon is slow
+/// to move.
+pub fn clip(kept: &mut Polygon, polygon: &[Vector2<f64>], height: impl Fn(&Vector2<f64>) -> f64) {
+    kept.clear();
     for (start, end) in edges(polygon) {
         let (above, next) = (height(start), height(end));
         if above >= 0.0 {
@@ -36,7 +37,6 @@ pub fn clipped(polygon: &[Vector2<f64>], height: impl Fn(&Vector2<f64>) -> f64) 
     if kept.len() < 3 {
         kept.clear();
     }
-    kept
 }
 
 /// Distance of the farthest vertex from the robot, meters.
@@ -52,6 +52,12 @@ mod tests {
 
     fn square() -> [Vector2<f64>; 4] {
         [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Vector2::new(x, y))
+    }
+
+    fn clipped(polygon: &[Vector2<f64>], height: impl Fn(&Vector2<f64>) -> f64) -> Polygon {
+        let mut kept = Polygon::new();
+        clip(&mut kept, polygon, height);
+        kept
     }
 
     #[test]

@@ -6,6 +6,7 @@ use protocol::{frame::BodyVector, percept::Light, setup::GradientMode};
 use crate::{
     centroid,
     estimate::LinearField,
+    polygon::Polygon,
     watch::{Stage, Watcher},
 };
 
@@ -16,7 +17,8 @@ pub(super) fn goal(
     watcher: &mut impl Watcher,
 ) -> Option<BodyVector> {
     let estimate = LinearField::sensed(light, gradient);
-    let positive = estimate.positive_part(cell);
+    let mut part = Polygon::new();
+    let positive = estimate.positive_part(cell, &mut part);
     watcher.passed(Stage::Truncation);
-    centroid::mass(&positive, &estimate).map(|mass| BodyVector(mass.centroid))
+    centroid::mass(positive, &estimate).map(|mass| BodyVector(mass.centroid))
 }

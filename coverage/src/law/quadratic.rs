@@ -15,6 +15,7 @@ use crate::{
     estimate::LinearField,
     fit::{self, Slope},
     neighbors::NeighborTable,
+    polygon::Polygon,
     watch::{Stage, Watcher},
 };
 
@@ -35,11 +36,12 @@ pub(super) fn goal(
         GradientMode::Fixed(_) => Slope::Assumed,
     };
     let estimate = fit::quadratic(&LinearField::sensed(light, gradient), slope, readings);
-    let positive = estimate.linear.positive_part(cell);
+    let mut part = Polygon::new();
+    let positive = estimate.linear.positive_part(cell, &mut part);
     watcher.passed(Stage::Truncation);
-    let raised = estimate.raised_on(&positive);
+    let raised = estimate.raised_on(positive);
     raised
-        .mass(&positive)
+        .mass(positive)
         .map(|mass| BodyVector(mass.centroid))
         .or_else(|| linear::goal(cell, light, gradient, &mut ()))
 }
