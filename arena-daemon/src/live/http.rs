@@ -1,8 +1,8 @@
 //! Metrics over HTTP, for Prometheus and for `curl`: `GET /metrics`.
 //!
-//! One route and one kind of client, so this is all of HTTP that is spoken here: a request line, headers that do not
-//! matter, an answer, the end of the connection. A thread of its own serves one client at a time and waits for none
-//! longer than a second; the run's loop never waits.
+//! One route and one kind of client: a request, which `httparse` reads, an answer, the end of the connection. Servers
+//! that are kept up want an asynchronous runtime, which nothing else here needs. A thread of its own serves one client
+//! at a time and waits for none longer than a second; the run's loop never waits.
 
 use std::{
     fmt, io,
@@ -20,6 +20,8 @@ use super::{Live, prometheus};
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Longest request that is read, bytes.
 const REQUEST_MAX: usize = 8192;
+/// Most headers that are read.
+const HEADERS_MAX: usize = 64;
 /// Pause after a connection that could not be made, as when no descriptor is free.
 const PAUSE: Duration = Duration::from_millis(100);
 /// What a scrape is: Prometheus text of this version.
@@ -91,14 +93,14 @@ impl Endpoint {
 }
 
 fn answer(mut stream: &TcpStream, live: &Live) -> io::Result<()> {
-    let request = request_line(stream)?;
-    let (status, kind, body) = match request.split(' ').collect::<Vec<_>>()[..] {
-        ["GET" | "HEAD", path, _] if path.split('?').next() == Some("/metrics") => {
+    let request = read(stream)?;
+    let (status, kind, body) = match request {
+        Some(Request::Get { ref path, .. }) if path.split('?').next() == Some("/metrics") => {
             ("200 OK", TEXT, prometheus::text(&live.ask()))
         }
-        ["GET" | "HEAD", ..] => ("404 Not Found", "text/plain", "metrics are at /metrics\n".into()),
-        [_, _, _] => ("405 Method Not Allowed\r\nAllow: GET, HEAD", "text/plain", String::new()),
-        _ => ("400 Bad Request", "text/plain", String::new()),
+        Some(Request::Get { .. }) => ("404 Not Found", "text/plain", "metrics are at /metrics\n".into()),
+        Some(Request::Other) => ("405 Method Not Allowed\r\nAllow: GET, HEAD", "text/plain", String::new()),
+        None => ("400 Bad Request", "text/plain", String::new()),
     };
     stream.set_write_timeout(Some(PATIENCE))?;
     let length = body.len();
@@ -106,17 +108,26 @@ fn answer(mut stream: &TcpStream, live: &Live) -> io::Result<()> {
         stream,
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
     )?;
-    if !request.starts_with("HEAD ") {
+    if !matches!(request, Some(Request::Get { head_only: true, .. })) {
         stream.write_all(body.as_bytes())?;
     }
     stream.flush()
 }
 
-/// The first line of a request, which is read to the end of its headers: a client that is answered while it still
-/// talks may take that for a broken connection.
-fn request_line(mut stream: &TcpStream) -> io::Result<String> {
+/// What a client wants.
+#[derive(Debug)]
+enum Request {
+    /// To read something.
+    Get { path: String, head_only: bool },
+    /// What nobody can do here.
+    Other,
+}
+
+/// Reads a request to the end of its headers: a client that is answered while it still talks may take that for a
+/// broken connection. `None` if it is none, or too long.
+fn read(mut stream: &TcpStream) -> io::Result<Option<Request>> {
     let deadline = Instant::now() + PATIENCE;
-    let (mut request, mut chunk) = (Vec::new(), [0; 1024]);
+    let (mut text, mut chunk) = (Vec::new(), [0; 1024]);
     loop {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
@@ -124,10 +135,24 @@ fn request_line(mut stream: &TcpStream) -> io::Result<String> {
         }
         stream.set_read_timeout(Some(left))?;
         let read = stream.read(&mut chunk)?;
-        request.extend_from_slice(&chunk[..read]);
-        if read == 0 || request.ends_with(b"\r\n\r\n") || request.len() > REQUEST_MAX {
-            let first = request.split(|&byte| byte == b'\r').next().unwrap_or_default();
-            return Ok(String::from_utf8_lossy(first).into_owned());
+        text.extend_from_slice(&chunk[..read]);
+        let mut headers = [httparse::EMPTY_HEADER; HEADERS_MAX];
+        let mut request = httparse::Request::new(&mut headers);
+        match request.parse(&text) {
+            Ok(httparse::Status::Complete(_)) => return Ok(Some(Request::of(&request))),
+            Ok(httparse::Status::Partial) if read > 0 && text.len() <= REQUEST_MAX => {}
+            Ok(httparse::Status::Partial) | Err(_) => return Ok(None),
+        }
+    }
+}
+
+impl Request {
+    fn of(request: &httparse::Request<'_, '_>) -> Self {
+        match (request.method, request.path) {
+            (Some(method @ ("GET" | "HEAD")), Some(path)) => {
+                Self::Get { path: path.into(), head_only: method == "HEAD" }
+            }
+            _ => Self::Other,
         }
     }
 }
@@ -180,7 +205,8 @@ mod tests {
             ("GET / HTTP/1.1\r\n\r\n", "404"),
             ("POST /metrics HTTP/1.1\r\n\r\n", "405"),
             ("hello\r\n\r\n", "400"),
-            ("\r\n\r\n", "400"),
+            ("GET /metrics\r\n\r\n", "400"),
+            (&format!("GET /{} HTTP/1.1", "m".repeat(REQUEST_MAX)), "400"),
         ] {
             let answer = exchange(address, request);
             assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{request:?}: {answer}");
