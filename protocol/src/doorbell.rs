@@ -22,13 +22,22 @@ use rustix::{
 use crate::mapping::{Mapping, Shareable};
 
 /// The last character is the version of this layout.
-const MAGIC: u32 = u32::from_le_bytes(*b"LMB2");
+const MAGIC: u32 = u32::from_le_bytes(*b"LMB3");
 
-/// Robots that can sign their answers; those with a higher index answer without a name.
-pub const SIGNING_MAX: usize = 64 * SIGNATURE_WORDS;
+/// Of 64 robots each that can sign their answers; those with a higher index answer without a name.
 const SIGNATURE_WORDS: usize = 128;
 
-/// Each word that is written in the tick has a cache line of its own.
+/// What agents look at whenever they wake up, in a cache line of its own.
+#[repr(C, align(64))]
+#[derive(Debug)]
+struct Round {
+    /// Raised once per tick; agents sleep on it.
+    number: AtomicU32,
+    /// Not zero once the run is over.
+    closed: AtomicU32,
+}
+
+/// A word in a cache line of its own.
 #[repr(C, align(64))]
 #[derive(Debug)]
 struct Line(AtomicU32);
@@ -37,9 +46,7 @@ struct Line(AtomicU32);
 #[derive(Debug)]
 struct Page {
     magic: AtomicU32,
-    closed: AtomicU32,
-    /// Raised once per tick; agents sleep on it.
-    round: Line,
+    round: Round,
     /// Answers the arena still waits for; the arena sleeps on it.
     missing: Line,
     /// One bit per robot that has signed an answer since the arena last looked.
@@ -97,13 +104,13 @@ impl Doorbell {
 
     /// The arena begins the next round and wakes every agent.
     pub fn ring(&self) {
-        self.page.round.0.fetch_add(1, Ordering::Release);
-        self.wake(&self.page.round);
+        self.page.round.number.fetch_add(1, Ordering::Release);
+        wake_all(&self.page.round.number);
     }
 
     /// The arena ends the run and wakes every agent to see it.
     pub fn close(&self) {
-        self.page.closed.store(1, Ordering::Release);
+        self.page.round.closed.store(1, Ordering::Release);
         self.ring();
     }
 
@@ -127,7 +134,7 @@ impl Doorbell {
 
     /// The number of the current round.
     pub fn round(&self) -> u32 {
-        self.page.round.0.load(Ordering::Acquire)
+        self.page.round.number.load(Ordering::Acquire)
     }
 
     /// What an agent would wake up to now, without waiting.
@@ -146,7 +153,7 @@ impl Doorbell {
                 Ring::Silence => {}
                 ring => return ring,
             }
-            if sleep_while(&self.page.round.0, seen, timeout) == Slept::Enough {
+            if sleep_while(&self.page.round.number, seen, timeout) == Slept::Enough {
                 return Ring::Silence;
             }
         }
@@ -154,13 +161,13 @@ impl Doorbell {
 
     /// True once the run is over.
     pub fn is_closed(&self) -> bool {
-        self.page.closed.load(Ordering::Acquire) != 0
+        self.page.round.closed.load(Ordering::Acquire) != 0
     }
 
     /// An agent has answered; the last one wakes the arena.
     pub fn answer(&self) {
         if self.page.missing.0.fetch_sub(1, Ordering::AcqRel) == 1 {
-            self.wake(&self.page.missing);
+            wake_all(&self.page.missing.0);
         }
     }
 
@@ -182,10 +189,10 @@ impl Doorbell {
             (0..64).filter(move |bit| bits & (1 << bit) != 0).map(move |bit| at * 64 + bit)
         })
     }
+}
 
-    fn wake(&self, line: &Line) {
-        futex::wake(&line.0, Flags::empty(), i32::MAX as u32).expect("a mapped word can be woken");
-    }
+fn wake_all(word: &AtomicU32) {
+    futex::wake(word, Flags::empty(), i32::MAX as u32).expect("a mapped word can be woken");
 }
 
 /// Why a sleep ended.
@@ -286,7 +293,7 @@ mod tests {
         assert!(arena.wait_for_answers(SOON), "whoever cannot sign has answered too");
         assert_eq!(arena.signed().collect::<std::vec::Vec<_>>(), [3, 64, 8191]);
         assert_eq!(arena.signed().count(), 0);
-        assert_eq!(SIGNING_MAX, 8192);
+        assert_eq!(64 * SIGNATURE_WORDS, 8192);
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub mod doorbell;
 #[cfg(feature = "ipc")]
 pub mod footprint;
 #[cfg(feature = "ipc")]
+pub mod frame_cache;
+#[cfg(feature = "ipc")]
 pub mod mapping;
 #[cfg(feature = "ipc")]
 pub mod raw;

@@ -6,8 +6,6 @@
 //! why not. Both directions keep every bit of every number, so that processes and the in-process
 //! engine compute the same.
 
-use std::{vec, vec::Vec};
-
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
@@ -259,37 +257,6 @@ impl RawFrame {
     }
 }
 
-/// Frames of the packets that were sent last, one per robot: many hear the same one.
-#[derive(Clone, Debug, Default)]
-pub struct Frames {
-    /// By index of the sender.
-    latest: Vec<Option<(Packet, RawFrame)>>,
-}
-
-impl Frames {
-    /// Room for so many senders. A packet in the name of any other, which a liar may choose, is encoded anew
-    /// each time.
-    pub fn of(robots: usize) -> Self {
-        Self { latest: vec![None; robots] }
-    }
-
-    /// The frame of `packet`.
-    pub fn get(&mut self, packet: &Packet) -> RawFrame {
-        let Some(slot) = self.latest.get_mut(packet.sender.index as usize) else {
-            return RawFrame::of(packet);
-        };
-        match slot {
-            Some((latest, frame)) if same_bits(latest, packet) => *frame,
-            _ => slot.insert((*packet, RawFrame::of(packet))).1,
-        }
-    }
-}
-
-/// Zero is not minus zero here.
-fn same_bits(a: &Packet, b: &Packet) -> bool {
-    a.sender == b.sender && a.sequence == b.sequence && a.light.to_bits() == b.light.to_bits()
-}
-
 impl RawTimes {
     /// When the percept had been read and checked.
     pub fn received(&self) -> Stamp {
@@ -394,11 +361,12 @@ impl RawHead {
     }
 
     /// Checks a percept but for its deliveries and writes it to `percept`, which stays as it was if something
-    /// is refused. Its deliveries are none then.
+    /// is refused. Its deliveries are none then. `walls` and `field` may be empty where the head says that there are
+    /// none.
     pub fn read(
         &self,
-        walls: &RawWalls,
-        field: &RawField,
+        walls: &[RawWall],
+        field: &[RawComponent],
         percept: &mut Percept,
     ) -> Result<(), PerceptError> {
         let in_range = |what, value: u32, max: usize| match value as usize <= max {
@@ -408,14 +376,17 @@ impl RawHead {
         let walls = &walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
         let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
         let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
-        let walls = walls.iter().map(RawWall::check).collect::<Result<_, _>>()?;
-        let field = field.iter().map(RawComponent::check).collect::<Result<_, _>>()?;
-        // Nothing is written before everything is known to be good.
+        walls.iter().try_for_each(|wall| wall.check().map(drop))?;
+        field.iter().try_for_each(|component| component.check().map(drop))?;
+        // Nothing is written before everything is known to be good. Lists are filled in their place: they have
+        // room for far more than they hold, and moving one would move all of that.
         percept.tick = self.tick;
         percept.bump = self.bump != 0;
         percept.light = light;
-        percept.walls = walls;
-        percept.field = field;
+        percept.walls.clear();
+        percept.walls.extend(walls.iter().flat_map(RawWall::check));
+        percept.field.clear();
+        percept.field.extend(field.iter().flat_map(RawComponent::check));
         percept.deliveries.clear();
         Ok(())
     }
@@ -509,6 +480,8 @@ fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
 
 #[cfg(test)]
 mod tests {
+    use std::vec::Vec;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -605,24 +578,6 @@ mod tests {
     fn deliveries(percept: &Percept) -> Vec<RawDelivery> {
         let raw = |delivery: &Delivery| RawDelivery::new(delivery, RawFrame::of(&delivery.packet));
         percept.deliveries.iter().map(raw).collect()
-    }
-
-    #[test]
-    fn a_frame_is_that_of_the_packet_however_often_it_is_asked_for() {
-        let mut frames = Frames::of(8);
-        let packet = command().packet;
-        let others = [
-            packet,
-            Packet { sequence: 6, ..packet },
-            Packet { light: 0.0, ..packet },
-            Packet { light: -0.0, ..packet },
-            Packet { sender: RobotId { incarnation: 3, ..ROBOT }, ..packet },
-            Packet { sender: RobotId::first(8), ..packet },
-            Packet { sender: RobotId::first(u32::MAX), ..packet },
-        ];
-        for packet in others.iter().flat_map(|packet| [packet, packet]) {
-            assert_eq!(frames.get(packet), RawFrame::of(packet));
-        }
     }
 
     #[test]

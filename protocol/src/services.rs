@@ -30,8 +30,9 @@ use iceoryx2::{
 };
 
 use crate::{
+    frame_cache::Frames,
     percept::Percept,
-    raw::{Frames, PerceptError, RawCommand},
+    raw::{PerceptError, RawCommand},
     robot_id::RobotId,
     run_dir::RunDir,
     setup::Plane,
@@ -97,6 +98,7 @@ enum ArenaEnds {
 pub struct AgentPorts(AgentEnds);
 
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "an agent has one, which stays where it is made")]
 enum AgentEnds {
     Blackboard(blackboard::AgentPorts),
     PublishSubscribe(publish_subscribe::AgentPorts),

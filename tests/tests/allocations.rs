@@ -9,8 +9,9 @@ use arena::{
 };
 use coverage::Controller;
 use protocol::{
+    frame_cache::Frames,
     percept::Percept,
-    raw::{Frames, RawCommand},
+    raw::RawCommand,
     robot_id::RobotId,
     run_dir::RunDir,
     services::Medium,

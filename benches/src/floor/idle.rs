@@ -19,9 +19,10 @@ use protocol::{
     doorbell::{Doorbell, Ring},
     footprint,
     frame::BodyVector,
+    frame_cache::Frames,
     packet::Packet,
     percept::{Delivery, Percept},
-    raw::{Frames, RawCommand},
+    raw::RawCommand,
     robot_id::RobotId,
     run_dir::{RunDir, RunLock, RunName},
     services::{AgentPorts, ArenaPorts, Medium},
@@ -164,7 +165,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
     let mut ports = Medium::enter(&run)?.join(id, Mode::Lockstep.plane())?;
     footprint::trim();
     let mut percept = Percept::empty(0);
-    let mut seen = bell.round();
+    let (mut seen, pid) = (bell.round(), process::id());
     bell.answer();
     loop {
         match bell.wait_for_ring(seen, ALIVE_POLL) {
@@ -172,7 +173,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
             Ring::Round(round) => {
                 seen = round;
                 hear(&mut ports, &mut percept)?;
-                ports.send(RawCommand::new(percept.tick, &stand_still(id, &percept), process::id()))?;
+                ports.send(RawCommand::new(percept.tick, &stand_still(id, &percept), pid))?;
                 bell.answer();
             }
             Ring::Silence if arena.is_alive() => {}

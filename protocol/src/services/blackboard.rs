@@ -31,17 +31,19 @@ use iceoryx2::{
 
 use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
 use crate::{
-    percept::{DELIVERIES_MAX, Percept},
+    frame_cache::Frames,
+    percept::{DELIVERIES_MAX, Delivery, Percept},
     raw::{
-        Frames, PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawWalls, add_deliveries,
-        raw_field, raw_walls,
+        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawWalls, add_deliveries, raw_field,
+        raw_walls,
     },
     robot_id::RobotId,
 };
 
 /// Deliveries that are written and read at once.
 const BLOCK: usize = 8;
-const BLOCKS_MAX: usize = DELIVERIES_MAX / BLOCK;
+/// Beside the one in the head.
+const BLOCKS_MAX: usize = DELIVERIES_MAX / BLOCK - 1;
 const _: () = assert!(DELIVERIES_MAX.is_multiple_of(BLOCK));
 /// How often a value is read again that is written at the same time. Whoever writes without end is read as is.
 const READS_MAX: usize = 8;
@@ -55,7 +57,7 @@ const FIELD: Key = 2;
 /// The first of [`BLOCKS_MAX`].
 const DELIVERIES: Key = 3;
 
-/// What every percept has.
+/// What every percept has. Deliveries that many percepts have lie in it, so that whoever reads one looks in one place.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[repr(C)]
 struct BoardHead {
@@ -63,6 +65,7 @@ struct BoardHead {
     /// Number of this percept, from 1.
     number: u64,
     deliveries_len: u64,
+    first: Block,
 }
 
 /// A part that not every percept has.
@@ -121,7 +124,7 @@ impl<T: Copy + ZeroCopySend + fmt::Debug + 'static> Latest<T> {
         Self { entry, seen }
     }
 
-    fn get_new(&mut self) -> Option<T> {
+    fn get_new(&mut self) -> Option<&T> {
         if self.entry.is_up_to_date(&self.seen) {
             return None;
         }
@@ -131,7 +134,7 @@ impl<T: Copy + ZeroCopySend + fmt::Debug + 'static> Latest<T> {
                 break;
             }
         }
-        Some(*self.seen)
+        Some(&self.seen)
     }
 }
 
@@ -181,20 +184,17 @@ impl ArenaPorts {
         if !percept.field.is_empty() {
             self.field.update_with_copy(Part { number, value: raw_field(percept) });
         }
-        let mut value = Block::default();
-        for (deliveries, block) in percept.deliveries.chunks(BLOCK).zip(&self.blocks) {
-            for (slot, delivery) in value.iter_mut().zip(deliveries) {
-                *slot = RawDelivery::new(delivery, frames.get(&delivery.packet));
-            }
-            value[deliveries.len()..].fill(RawDelivery::default());
-            block.update_with_copy(Part { number, value });
+        let (first, more) = percept.deliveries.split_at(percept.deliveries.len().min(BLOCK));
+        for (deliveries, block) in more.chunks(BLOCK).zip(&self.blocks) {
+            block.update_with_copy(Part { number, value: raw_block(deliveries, frames) });
         }
         let deliveries_len = percept.deliveries.len() as u64;
-        self.head.update_with_copy(BoardHead { head: RawHead::new(percept), number, deliveries_len });
+        let first = raw_block(first, frames);
+        self.head.update_with_copy(BoardHead { head: RawHead::new(percept), number, deliveries_len, first });
     }
 
     pub(super) fn receive(&mut self) -> Option<RawCommand> {
-        self.command.get_new()
+        self.command.get_new().copied()
     }
 
     pub(super) fn marks(&self) -> BTreeSet<String> {
@@ -236,17 +236,23 @@ impl AgentPorts {
 
     pub(super) fn receive(&mut self, percept: &mut Percept) -> Option<Result<u32, PerceptError>> {
         let head = self.head.get_new()?;
-        let (walls, field) = (part(&self.walls, head.head.walls_len), part(&self.field, head.head.field_len));
-        let is_of_now = |number: Option<u64>| number.is_none_or(|number| number == head.number);
-        if !is_of_now(walls.map(|part| part.number)) || !is_of_now(field.map(|part| part.number)) {
+        let walls = (head.head.walls_len > 0).then(|| self.walls.get());
+        let field = (head.head.field_len > 0).then(|| self.field.get());
+        let walls = walls.as_deref();
+        let field = field.as_deref();
+        if walls.is_some_and(|part| part.number != head.number)
+            || field.is_some_and(|part| part.number != head.number)
+        {
             return None;
         }
-        let walls = walls.map_or_else(RawWalls::default, |part| part.value);
-        let field = field.map_or_else(RawField::default, |part| part.value);
-        if let Err(error) = head.head.read(&walls, &field, percept) {
+        let walls = walls.map_or(&[][..], |part| &part.value);
+        let field = field.map_or(&[][..], |part| &part.value);
+        if let Err(error) = head.head.read(walls, field, percept) {
             return Some(Err(error));
         }
-        let (mut left, mut refused) = (head.deliveries_len as usize, 0);
+        let all = head.deliveries_len as usize;
+        let mut refused = add_deliveries(&head.first[..all.min(BLOCK)], percept);
+        let mut left = all.saturating_sub(BLOCK);
         for block in &self.blocks {
             if left == 0 {
                 break;
@@ -268,9 +274,13 @@ impl AgentPorts {
     }
 }
 
-/// A part that is there if it has a length.
-fn part<T: ZeroCopySend + Copy>(entry: &Read<Part<T>>, len: u32) -> Option<Part<T>> {
-    (len > 0).then(|| *entry.get())
+/// At most [`BLOCK`] deliveries, padded with zeros.
+fn raw_block(deliveries: &[Delivery], frames: &mut Frames) -> Block {
+    let mut block = Block::default();
+    for (slot, delivery) in block.iter_mut().zip(deliveries) {
+        *slot = RawDelivery::new(delivery, frames.get(&delivery.packet));
+    }
+    block
 }
 
 fn written<T: ZeroCopySend + Copy>(

@@ -24,8 +24,9 @@ use iceoryx2::{
 
 use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
 use crate::{
+    frame_cache::Frames,
     percept::{DELIVERIES_MAX, Percept},
-    raw::{Frames, PerceptError, RawCommand, RawDelivery, RawPercept},
+    raw::{PerceptError, RawCommand, RawDelivery, RawPercept},
     robot_id::RobotId,
 };
 
