@@ -36,6 +36,27 @@ impl Cores {
     }
 }
 
+impl Cores {
+    /// Whether something can be done beside what the caller does.
+    pub fn are_several(&self) -> bool {
+        matches!(self, Self::Several(_))
+    }
+
+    /// Does `here` in the caller's thread, and `beside` at the same time if there are several, else before it.
+    pub fn both<T>(&self, beside: impl FnOnce() + Send, here: impl FnOnce() -> T) -> T {
+        match self {
+            Self::One => {
+                beside();
+                here()
+            }
+            Self::Several(pool) => pool.in_place_scope(|scope| {
+                scope.spawn(|_| beside());
+                here()
+            }),
+        }
+    }
+}
+
 impl Hands for Cores {
     fn share<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
         match self {
@@ -78,6 +99,21 @@ mod tests {
                 });
                 assert!(items.iter().zip(1..).all(|(&item, place)| item == place), "{cores:?}, {count}");
             }
+        }
+    }
+
+    #[test]
+    fn both_are_done_and_one_may_share_its_work_meanwhile() {
+        for cores in [Cores::One, several()] {
+            let (mut beside, mut items) = (0, vec![1; 100]);
+            let here = cores.both(
+                || beside = 7,
+                || {
+                    cores.share(&mut items, |_, part| part.iter_mut().for_each(|item| *item *= 2));
+                    items.iter().sum::<i32>()
+                },
+            );
+            assert_eq!((beside, here), (7, 200), "{cores:?}");
         }
     }
 

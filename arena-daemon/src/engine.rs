@@ -16,7 +16,7 @@ use crate::{
     live::Teller,
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
-    profile::Totals,
+    profile::{Recorder, Totals},
     progress::{Audience, Progress, Status},
     squad::{Answers, Squad, SquadError},
     stop::StopFlag,
@@ -205,7 +205,13 @@ impl Run<'_> {
         logbook::at_tick(self.arena.next_tick());
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
-        if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {
+        // The arena leaves most cores idle most of the time.
+        let recorder = self.squad.recorder().filter(|_| self.cores.are_several());
+        let percepts = self.cores.both(
+            || recorder.into_iter().for_each(Recorder::digest),
+            || self.arena.tick_by(&self.cores, &self.answers),
+        );
+        if let Some(percepts) = percepts {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
         let took = began.elapsed();

@@ -15,7 +15,7 @@ mod packets;
 mod recording;
 mod squad;
 
-use std::{cell::RefCell, rc::Rc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
 use arena::{Arena, scenario::Scenario};
@@ -31,7 +31,7 @@ use recording::Recording;
 
 /// Who is told what happens in a run, by all who know a part of it; or nobody.
 #[derive(Clone, Debug, Default)]
-pub struct Tracer(Option<Rc<RefCell<Recording>>>);
+pub struct Tracer(Option<Arc<Mutex<Recording>>>);
 
 impl Tracer {
     /// Begins the trace that `options` ask for, if they do.
@@ -57,7 +57,7 @@ impl Tracer {
             .with_context(|| format!("cannot make {}; give --trace another name", path.display()))?;
         let is_traced = |index| options.robots.as_ref().is_none_or(|set| set.contains(index));
         let recording = Recording::new(Bound::new(file), mode, robots, is_traced);
-        Ok(Self(Some(Rc::new(RefCell::new(recording)))))
+        Ok(Self(Some(Arc::new(Mutex::new(recording)))))
     }
 
     /// Whether anybody is told.
@@ -77,14 +77,18 @@ impl Tracer {
 
     /// Whether the cycles of robot `index` are of interest.
     pub(crate) fn traces(&self, index: usize) -> bool {
-        self.0.as_ref().is_some_and(|recording| recording.borrow().traces(index))
+        self.0.as_ref().is_some_and(|recording| lock(recording).traces(index))
     }
 
     /// Tells something, if anybody is told.
     #[inline]
     pub(crate) fn with(&self, tell: impl FnOnce(&mut Recording)) {
         if let Some(recording) = &self.0 {
-            tell(&mut recording.borrow_mut());
+            tell(&mut lock(recording));
         }
     }
+}
+
+fn lock(recording: &Mutex<Recording>) -> MutexGuard<'_, Recording> {
+    recording.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -5,7 +5,7 @@
 //! work, the modeled air time and the wait for the next neighbor cycle, and does not count. The first part is one per
 //! packet, the second one per percept.
 
-use protocol::{packet::Packet, robot_id::RobotId};
+use protocol::packet::Packet;
 
 /// Packets of one sender that are remembered: the one that is in the air, and a few that faults delay.
 const REMEMBERED: usize = 4;
@@ -14,49 +14,60 @@ const REMEMBERED: usize = 4;
 #[derive(Debug)]
 pub(super) struct Origins {
     /// The last one: nearly all that is asked for, and small enough for the nearest cache.
-    latest: Vec<Option<Origin>>,
+    latest: Vec<Origin>,
     /// Those before it, and it too.
-    recent: Vec<[Option<Origin>; REMEMBERED]>,
+    recent: Vec<[Origin; REMEMBERED]>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Origin {
-    sequence: u32,
+    number: u64,
     first_ns: u32,
-    incarnation: u16,
+}
+
+impl Origin {
+    /// Of no packet.
+    const NONE: Self = Self { number: u64::MAX, first_ns: 0 };
+}
+
+/// Tells the packets of one robot apart, in all its lives.
+fn number(packet: &Packet) -> u64 {
+    u64::from(packet.sender.incarnation) << 32 | u64::from(packet.sequence)
 }
 
 impl Origins {
     pub(super) fn new(robots: usize) -> Self {
-        Self { latest: vec![None; robots], recent: vec![[None; REMEMBERED]; robots] }
+        Self { latest: vec![Origin::NONE; robots], recent: vec![[Origin::NONE; REMEMBERED]; robots] }
     }
 
     /// The arena has taken in a command with `packet`; its first part took `first_ns`.
     pub(super) fn note(&mut self, packet: &Packet, first_ns: u32) {
-        let RobotId { index, incarnation } = packet.sender;
-        let (sequence, index) = (packet.sequence, index as usize);
-        let origin = Some(Origin { sequence, first_ns, incarnation });
+        let index = packet.sender.index as usize;
+        let origin = Origin { number: number(packet), first_ns };
         self.latest[index] = origin;
-        self.recent[index][sequence as usize % REMEMBERED] = origin;
+        self.recent[index][packet.sequence as usize % REMEMBERED] = origin;
     }
 
     /// First part of a packet, if it is known: a first word, a packet delayed for long, or one in a false name
     /// has none.
     #[inline]
     pub(super) fn of(&self, packet: &Packet) -> Option<u32> {
-        let index = packet.sender.index as usize;
-        let first_ns = |origin: &Option<Origin>| {
-            let Origin { sequence, first_ns, incarnation } = (*origin)?;
-            let is_it = sequence == packet.sequence && incarnation == packet.sender.incarnation;
-            is_it.then_some(first_ns)
-        };
-        let recent = || first_ns(&self.recent[index][packet.sequence as usize % REMEMBERED]);
-        first_ns(self.latest.get(index)?).or_else(recent)
+        let latest = self.latest.get(packet.sender.index as usize)?;
+        if latest.number == number(packet) { Some(latest.first_ns) } else { self.before(packet) }
+    }
+
+    /// The same of a packet that is not the last one of its sender.
+    #[cold]
+    fn before(&self, packet: &Packet) -> Option<u32> {
+        let recent = self.recent[packet.sender.index as usize][packet.sequence as usize % REMEMBERED];
+        (recent.number == number(packet)).then_some(recent.first_ns)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use protocol::robot_id::RobotId;
+
     use super::*;
 
     fn packet(index: u32, incarnation: u16, sequence: u32) -> Packet {

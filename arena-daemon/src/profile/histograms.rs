@@ -3,7 +3,7 @@
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use super::cycle_times::{CycleTimes, Stage};
+use super::cycle_times::Stage;
 
 /// Significant digits: a value is known to 1 in 128, and a histogram of up to 4 ms takes 8 kB.
 const DIGITS: u8 = 2;
@@ -47,7 +47,7 @@ impl Span {
     }
 
     /// Place in [`Span::ALL`].
-    fn index(self) -> usize {
+    pub(super) fn index(self) -> usize {
         match self {
             Self::Stage(stage) => stage as usize,
             Self::Cycle => 7,
@@ -57,7 +57,7 @@ impl Span {
     }
 }
 
-/// A histogram for each [`Span`], nanoseconds. Each grows with the largest value seen and no further.
+/// A histogram for each [`Span`], nanoseconds. Each is as large as its largest value needs.
 #[derive(Clone, Debug)]
 pub struct Histograms([Histogram<u32>; Span::ALL.len()]);
 
@@ -74,19 +74,10 @@ impl Histograms {
         &self.0[span.index()]
     }
 
-    /// One more value, nanoseconds.
-    pub(super) fn record(&mut self, span: Span, ns: u64) {
+    /// Adds `count` times a value, nanoseconds.
+    pub(super) fn record(&mut self, span: Span, ns: u64, count: u32) {
         // An automatic histogram refuses only what does not fit into an address space.
-        let _ = self.0[span.index()].record(ns);
-    }
-
-    /// All stages of all `rows`, histogram by histogram.
-    pub(super) fn fold(&mut self, rows: &[CycleTimes]) {
-        for stage in Stage::ALL {
-            let span = Span::Stage(stage);
-            rows.iter().for_each(|row| self.record(span, row.stage_ns(stage).into()));
-        }
-        rows.iter().for_each(|row| self.record(Span::Cycle, row.cycle_ns()));
+        let _ = self.0[span.index()].record_n(ns, count);
     }
 
     /// Adds what another one holds.
@@ -96,60 +87,6 @@ impl Histograms {
             let _ = all.add(one);
         }
     }
-}
-
-/// Gathers many values of one histogram before it is touched: a place in here is the same range of values as there,
-/// and costs less to find.
-#[derive(Clone, Debug)]
-pub(super) struct Tally {
-    counts: Vec<u32>,
-    /// The first place in use, and the one after the last.
-    used: (usize, usize),
-}
-
-/// Values that differ by less than 1 in so many are one; the same for a histogram of [`DIGITS`] digits.
-const PARTS: usize = 128;
-
-impl Tally {
-    const UNUSED: (usize, usize) = (usize::MAX, 0);
-
-    /// Of no values.
-    pub(super) fn new() -> Self {
-        Self { counts: vec![0; place(u64::MAX) + 1], used: Self::UNUSED }
-    }
-
-    /// One more value.
-    #[inline]
-    pub(super) fn add(&mut self, value: u64) {
-        let place = place(value);
-        self.counts[place] += 1;
-        self.used = (self.used.0.min(place), self.used.1.max(place + 1));
-    }
-
-    /// Moves all values to a histogram.
-    pub(super) fn pour(&mut self, into: &mut Histograms, span: Span) {
-        let (begin, end) = std::mem::replace(&mut self.used, Self::UNUSED);
-        for place in begin..end {
-            let count = std::mem::take(&mut self.counts[place]);
-            if count > 0 {
-                // As for `Histograms::record`.
-                let _ = into.0[span.index()].record_n(lowest(place), count);
-            }
-        }
-    }
-}
-
-/// Exact below 2 × [`PARTS`]; above that, each power of two has [`PARTS`] places.
-#[inline]
-fn place(value: u64) -> usize {
-    let shift = (u64::BITS - (value | (2 * PARTS as u64 - 1)).leading_zeros()) as usize - 8;
-    shift * PARTS + (value >> shift) as usize
-}
-
-/// The least value of a place.
-fn lowest(place: usize) -> u64 {
-    let shift = (place / PARTS).saturating_sub(1);
-    ((place - shift * PARTS) as u64) << shift
 }
 
 /// A histogram in a few numbers, microseconds.
@@ -185,56 +122,10 @@ mod tests {
     }
 
     #[test]
-    fn rows_fold_into_stages_and_their_sum() {
-        let row = |scale: u32| CycleTimes {
-            robot: 0,
-            tick: 0,
-            woke_ns: 0,
-            stages_ns: std::array::from_fn(|stage| scale * (stage as u32 + 1)),
-        };
-        let mut histograms = Histograms::default();
-        histograms.fold(&[row(10), row(1000)]);
-        let wake = histograms.of(Span::Stage(Stage::Wake));
-        assert_eq!((wake.len(), wake.min(), wake.equivalent(wake.max(), 1000)), (2, 10, true));
-        // Wake-up is before the cycle: 2 + ... + 7 = 27.
-        let cycle = histograms.of(Span::Cycle);
-        assert!(cycle.equivalent(cycle.min(), 270) && cycle.equivalent(cycle.max(), 27_000));
-        assert!(histograms.of(Span::Packet).is_empty());
-        assert_eq!(Spread::of(histograms.of(Span::Packet)), None);
-    }
-
-    #[test]
-    fn a_tally_pours_the_same_histogram() {
-        let values: Vec<u64> =
-            (0..4000_u64).map(|k| k * k * k % 9_000_001).chain([0, 1, 255, 256, 257]).collect();
-        let (mut tally, mut one_by_one, mut poured) =
-            (Tally::new(), Histograms::default(), Histograms::default());
-        for part in values.chunks(1001) {
-            part.iter().for_each(|&value| tally.add(value));
-            tally.pour(&mut poured, Span::Packet);
-        }
-        values.iter().for_each(|&value| one_by_one.record(Span::Packet, value));
-        assert_eq!(poured.of(Span::Packet), one_by_one.of(Span::Packet));
-        tally.pour(&mut poured, Span::Packet);
-        assert_eq!(poured.of(Span::Packet).len(), values.len() as u64, "it is empty by then");
-    }
-
-    #[test]
-    fn a_place_begins_at_its_lowest_value() {
-        for shift in 0..64 {
-            for value in [(1_u64 << shift) - 1, 1 << shift, (1 << shift) + (1 << shift) / 3] {
-                let begin = lowest(place(value));
-                assert_eq!(place(begin), place(value), "{value}");
-                assert!(begin <= value && value - begin <= value / 128, "{value} from {begin}");
-            }
-        }
-    }
-
-    #[test]
     fn all_is_the_sum_of_the_parts() {
         let (mut all, mut one) = (Histograms::default(), Histograms::default());
-        all.record(Span::Packet, 5);
-        one.record(Span::Packet, 7_000_000_000);
+        all.record(Span::Packet, 5, 1);
+        one.record(Span::Packet, 7_000_000_000, 1);
         all.add(&one);
         let packet = all.of(Span::Packet);
         assert_eq!((packet.len(), packet.min()), (2, 5));

@@ -88,7 +88,7 @@ mod tests {
 
     fn robot(wake_ns: u64) -> RobotProfile {
         let mut histograms = Histograms::default();
-        histograms.record(Span::Stage(Stage::Wake), wake_ns);
+        histograms.record(Span::Stage(Stage::Wake), wake_ns, 1);
         RobotProfile { histograms, cycles: 1, counts: 0, missed_deadlines: 0, usage: None, counted: None }
     }
 

@@ -14,6 +14,9 @@ use super::flight::Origins;
 /// Cycles as the arena counts them: how often it has handed percepts out before.
 pub(super) type Round = u64;
 
+/// First part of a packet whose origin is not known. One that is as long as that is not known either.
+const UNKNOWN: u32 = u32::MAX;
+
 /// A ring of rounds.
 #[derive(Debug)]
 pub(super) struct Journal {
@@ -27,7 +30,7 @@ pub(super) struct Journal {
 struct Page {
     tick: Tick,
     handed_out: Stamp,
-    /// First parts of the packets that are handed out, robot by robot.
+    /// First parts of the packets that are handed out, robot by robot; [`UNKNOWN`] of some.
     first_ns: Vec<u32>,
     /// Which of them a robot gets; of this round only if the tick is.
     heard: Vec<Heard>,
@@ -42,8 +45,9 @@ struct Heard {
     end: u32,
 }
 
-/// What one agent says about its cycle.
+/// What one agent says about its cycle: one line of cache.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Answer {
     /// Whose percept it answers.
     pub(super) tick: Tick,
@@ -55,17 +59,30 @@ pub(super) struct Answer {
     pub(super) times: RawTimes,
 }
 
+const _: () = assert!(size_of::<Answer>() == 64);
+
+impl Answer {
+    /// To `tick`, one that says nothing that makes sense.
+    pub(super) fn broken(tick: Tick) -> Self {
+        Self { tick, wake_ns: 0, second_ns: 0, times: RawTimes::default() }
+    }
+
+    /// Whether it makes no sense.
+    pub(super) fn is_broken(&self) -> bool {
+        self.times.woke == 0
+    }
+}
+
 impl Journal {
     /// Keeps so many rounds.
     pub(super) fn new(robots: usize, rounds: usize) -> Self {
         let heard = vec![Heard { tick: BOOT_TICK, begin: 0, end: 0 }; robots];
-        let answer = Answer { tick: BOOT_TICK, wake_ns: 0, second_ns: 0, times: RawTimes::default() };
         let page = Page {
             tick: BOOT_TICK,
             handed_out: Stamp(0),
             first_ns: Vec::new(),
             heard,
-            answers: vec![answer; robots],
+            answers: vec![Answer::broken(BOOT_TICK); robots],
         };
         Self { pages: vec![page; rounds], rounds: 0 }
     }
@@ -89,11 +106,10 @@ impl Journal {
         let at = self.place(self.rounds.saturating_sub(1));
         let page = &mut self.pages[at];
         let begin = page.first_ns.len();
-        let deliveries = &percept.deliveries;
-        page.first_ns.extend(deliveries.iter().filter_map(|heard| origins.of(&heard.packet)));
-        let end = page.first_ns.len();
-        page.heard[index] = Heard { tick: page.tick, begin: begin as u32, end: end as u32 };
-        deliveries.len() - (end - begin)
+        let first_ns = percept.deliveries.iter().map(|heard| origins.of(&heard.packet).unwrap_or(UNKNOWN));
+        page.first_ns.extend(first_ns);
+        page.heard[index] = Heard { tick: page.tick, begin: begin as u32, end: page.first_ns.len() as u32 };
+        page.first_ns[begin..].iter().filter(|&&first_ns| first_ns == UNKNOWN).count()
     }
 
     /// When the percepts of `tick` were handed out, if that is one of the last `within` rounds.
@@ -113,12 +129,14 @@ impl Journal {
         self.pages[at].answers[index] = answer;
     }
 
-    /// What robot `index` answered in `round`, and the first parts of the packets it had heard.
-    pub(super) fn read(&self, index: usize, round: Round) -> Option<(&Answer, &[u32])> {
+    /// What robot `index` answered in `round`, and the first parts of the packets it had heard, of those where they
+    /// are known.
+    pub(super) fn read(&self, index: usize, round: Round) -> Option<(&Answer, impl Iterator<Item = u32>)> {
         let page = &self.pages[self.place(round)];
         let (answer, heard) = (&page.answers[index], page.heard[index]);
-        let packets = || &page.first_ns[heard.begin as usize..heard.end as usize];
-        (answer.tick == page.tick).then(|| (answer, if heard.tick == page.tick { packets() } else { &[] }))
+        let heard = if heard.tick == page.tick { heard.begin as usize..heard.end as usize } else { 0..0 };
+        let known = page.first_ns[heard].iter().copied().filter(|&first_ns| first_ns != UNKNOWN);
+        (answer.tick == page.tick).then_some((answer, known))
     }
 
     fn place(&self, round: Round) -> usize {
@@ -170,8 +188,9 @@ mod tests {
         assert_eq!(journal.handed_out(11, 2), None);
         journal.note(0, 0, answer(10));
         journal.note(1, 1, answer(12));
-        let packets =
-            |journal: &Journal, index, round| journal.read(index, round).map(|read| read.1.to_vec());
+        let packets = |journal: &Journal, index, round| -> Option<Vec<u32>> {
+            journal.read(index, round).map(|read| read.1.collect())
+        };
         assert_eq!(packets(&journal, 0, 0), Some(vec![50, 50]));
         assert_eq!(packets(&journal, 1, 0), None, "it has not answered");
         assert_eq!(packets(&journal, 1, 1), Some(vec![]), "it answered a percept that it was not given");

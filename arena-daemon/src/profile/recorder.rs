@@ -1,12 +1,12 @@
-//! Takes what agents say about their cycles, checks it, and keeps it in histograms.
+//! Takes what agents say about their cycles, checks it, and counts it for histograms.
 //!
-//! A tick is not to be slowed down, and a thousand robots' histograms are in no cache. So what comes is written to a
-//! [`Journal`] from front to back, and each robot's part of it is worked into its histograms for [`ROUNDS`] cycles at
-//! once, robots taking turns, while the agents are at the next cycle ([`Recorder::digest`]). Nothing is allocated
-//! once histograms and journal have grown to what there is to measure.
+//! A tick is not to be slowed down, and a thousand robots' tallies are in no cache. So what comes is written to a
+//! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for [`ROUNDS`] cycles at
+//! once, robots taking turns, beside the arena's own work or while the agents are at the next cycle ([`Recorder::digest`]). Nothing is allocated
+//! once tallies and journal have grown to what there is to measure.
 
 use std::{
-    fmt,
+    fmt, mem,
     time::{Duration, Instant, SystemTime},
 };
 
@@ -23,21 +23,19 @@ use super::{
     counters::Counters,
     cycle_times::{CycleTimes, Stage},
     flight::Origins,
-    histograms::{Histograms, Span, Tally},
+    histograms::Span,
     journal::{Answer, Journal, Round},
     recent::{Recent, RecentCycles, RecentTimes},
+    tally::Tallies,
     usage::Usage,
 };
 use crate::{process::Process, trace::Tracer};
 
-/// Cycles of a robot that go into its histograms at once.
+/// Cycles of a robot that go into its tallies at once.
 const ROUNDS: usize = 32;
 /// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
 /// what is measured; in lock-step there is only one.
 const PERCEPTS_IN_REALTIME: Round = 4;
-
-/// Somebody who wants every cycle. Gets some of one robot at a time, in their order.
-pub type Observer = Box<dyn FnMut(&[CycleTimes])>;
 
 /// Measures the agents of a run.
 pub struct Recorder {
@@ -51,13 +49,14 @@ pub struct Recorder {
     journal: Journal,
     origins: Origins,
     robots: Vec<Robot>,
-    /// Used over and over.
+    // What is worked in of one robot; kept for their memory alone.
+    answers: Vec<Answer>,
+    packets_ns: Vec<u64>,
     rows: Vec<CycleTimes>,
-    /// Used over and over.
-    packets: Tally,
+    /// Whether nobody has worked anything in since the last exchange.
+    is_due: bool,
     left_out: u64,
     packets_unknown: u64,
-    observer: Option<Observer>,
     /// While somebody watches the run.
     recent: Option<Recent>,
     tracer: Tracer,
@@ -73,11 +72,11 @@ struct Began {
 /// What is kept of one robot, whatever life it is in.
 #[derive(Debug, Default)]
 struct Robot {
-    /// The first round that is not in the histograms.
+    /// The first round that is not in the tallies.
     next: Round,
     /// The cycle before that, which lacks its last stage: the next answer tells.
     open: Option<Open>,
-    histograms: Histograms,
+    tallies: Tallies,
     counts: u64,
     cycles: u64,
     missed: u32,
@@ -116,11 +115,12 @@ impl Recorder {
             journal: Journal::new(robots, ROUNDS + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
             robots: (0..robots).map(|_| Robot::default()).collect(),
-            rows: Vec::with_capacity(ROUNDS),
-            packets: Tally::new(),
+            answers: Vec::new(),
+            packets_ns: Vec::new(),
+            rows: Vec::new(),
+            is_due: true,
             left_out: 0,
             packets_unknown: 0,
-            observer: None,
             recent: None,
             tracer: Tracer::default(),
         }
@@ -129,11 +129,6 @@ impl Recorder {
     /// Has `tracer` told all that it traces, as soon as it is known.
     pub fn traced(self, tracer: Tracer) -> Self {
         Self { tracer, ..self }
-    }
-
-    /// Has every cycle shown to `observer` too, some cycles later.
-    pub fn observe(&mut self, observer: Observer) {
-        self.observer = Some(observer);
     }
 
     /// Somebody watches the run from now on, or nobody does.
@@ -208,8 +203,7 @@ impl Recorder {
             // What makes no sense. What the next answer tells of publishing is about this cycle, which its
             // robot does not get: so neither does it get that.
             self.left_out += 1;
-            let broken = Answer { tick, wake_ns: 0, second_ns: 0, times: RawTimes::default() };
-            self.journal.note(index, round, broken);
+            self.journal.note(index, round, Answer::broken(tick));
             return;
         };
         self.origins.note(&command.packet, narrow(rate.ns(first)));
@@ -225,8 +219,9 @@ impl Recorder {
         self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
 
-    /// Works in what has come of those robots whose turn it is. Best done while the agents are at work.
+    /// Works in what has come of those robots whose turn it is. Best done by a core that has nothing else to do.
     pub fn digest(&mut self) {
+        self.is_due = false;
         let whole = self.journal.rounds().saturating_sub(self.percepts());
         let some = self.robots.len().div_ceil(ROUNDS);
         let first = (self.journal.rounds() % ROUNDS as u64) as usize * some;
@@ -240,13 +235,21 @@ impl Recorder {
         }
     }
 
+    /// The same, unless somebody has done it since the last time.
+    pub fn digest_if_due(&mut self) {
+        if self.is_due {
+            self.digest();
+        }
+        self.is_due = true;
+    }
+
     /// Robot `index` begins a new life.
     pub fn reborn(&mut self, index: usize) {
         self.work_in(index, self.journal.rounds());
         let robot = &mut self.robots[index];
         robot.open = None;
         self.recent.iter_mut().for_each(|recent| recent.reborn(index));
-        robot.missed_before += u64::from(std::mem::take(&mut robot.missed));
+        robot.missed_before += u64::from(mem::take(&mut robot.missed));
     }
 
     /// What has been measured. `processes` are those of the agents that are still there, by robot.
@@ -262,7 +265,7 @@ impl Recorder {
             missed_deadlines: robot.missed_before + u64::from(robot.missed),
             counts: robot.counts,
             cycles: robot.cycles,
-            histograms: robot.histograms,
+            histograms: robot.tallies.histograms(),
             usage: process.and_then(Usage::of),
             counted: process.and_then(|process| counters.read(index, process)),
         });
@@ -287,42 +290,40 @@ impl Recorder {
         }
     }
 
-    /// Works what robot `index` has answered before round `until` into its histograms.
+    /// Works what robot `index` has answered before round `until` into its tallies.
     fn work_in(&mut self, index: usize, until: Round) {
         let Some(began) = self.began else { return };
         let robot = &mut self.robots[index];
         let rounds = robot.next..until.max(robot.next);
         robot.next = rounds.end;
+        // First all is fetched, which takes the longest: a loop that does little else has many fetches on their way.
         for round in rounds {
             let Some((answer, first_ns)) = self.journal.read(index, round) else { continue };
-            if answer.times.woke == 0 {
-                robot.open = None;
+            self.answers.push(*answer);
+            if answer.is_broken() {
                 continue;
             }
-            for &first_ns in first_ns {
-                let ns = u64::from(first_ns) + u64::from(answer.second_ns);
-                self.packets.add(ns);
-                if let Some(recent) = &mut self.recent {
-                    recent.packet(ns);
-                }
-            }
-            match robot.answered(index, answer, began) {
+            let second_ns = u64::from(answer.second_ns);
+            self.packets_ns.extend(first_ns.map(|first_ns| u64::from(first_ns) + second_ns));
+        }
+        let packets = robot.tallies.of(Span::Packet);
+        self.packets_ns.iter().for_each(|&ns| packets.add(ns));
+        self.recent.iter_mut().for_each(|recent| self.packets_ns.iter().for_each(|&ns| recent.packet(ns)));
+        self.packets_ns.clear();
+        for answer in self.answers.drain(..) {
+            match robot.answered(index, &answer, began) {
                 Ok(None) => {}
                 Ok(Some(row)) => {
                     if self.mode == Mode::Realtime {
                         let jitter_ns = answer.wake_ns.abs_diff(row.stage_ns(Stage::Wake));
-                        robot.histograms.record(Span::Jitter, jitter_ns.into());
+                        robot.tallies.of(Span::Jitter).add(jitter_ns.into());
                     }
                     self.rows.push(row);
                 }
                 Err(NoSense) => self.left_out += 1,
             }
         }
-        self.packets.pour(&mut robot.histograms, Span::Packet);
-        robot.histograms.fold(&self.rows);
-        if let Some(observer) = self.observer.as_mut().filter(|_| !self.rows.is_empty()) {
-            observer(&self.rows);
-        }
+        robot.tallies.fold(&self.rows);
         self.tracer.with(|recording| recording.cycles(&self.rows));
         self.rows.clear();
     }
@@ -340,6 +341,10 @@ impl Robot {
         Began { at, rate, .. }: Began,
     ) -> Result<Option<CycleTimes>, NoSense> {
         let Answer { tick, wake_ns, times, .. } = *answer;
+        if answer.is_broken() {
+            self.open = None;
+            return Ok(None);
+        }
         self.missed = self.missed.max(times.missed);
         let ns = |counts: u32| narrow(rate.ns(counts.into()));
         let [receive, neighbors, cell, truncation, centroid] =

@@ -170,13 +170,14 @@ impl Squad for Lockstep {
         let mut awaited = mem::take(&mut self.awaited);
         self.members.send(percepts, &mut awaited)?;
         self.members.doorbell.expect(awaited.len() as u32);
-        self.members.recorder.iter_mut().for_each(Recorder::ring);
-        self.members.doorbell.ring();
-        // While they are at work.
-        self.members.recorder.iter_mut().for_each(Recorder::digest);
+        self.members.ring();
         self.await_answers(&mut awaited, tick, answers)?;
         self.awaited = awaited;
         self.members.welcome(tick, answers)
+    }
+
+    fn recorder(&mut self) -> Option<&mut Recorder> {
+        self.members.recorder.as_mut()
     }
 
     fn profile(&mut self) -> Option<Profile> {

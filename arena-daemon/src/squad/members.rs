@@ -316,12 +316,20 @@ impl Members {
             if let (Presence::Present, Some(ports)) = (member.presence, &mut member.ports) {
                 ports.send(percept, &mut self.frames)?;
                 if let Some(recorder) = &mut self.recorder {
+                    // Later would be while the agents are at work, but by then the percept is in no cache any more.
                     recorder.hand_out(index, percept);
                 }
                 present.push(index);
             }
         }
         Ok(())
+    }
+
+    /// Wakes the agents. While they are at work, what is known of them is worked in, if that has not been done.
+    pub(super) fn ring(&mut self) {
+        self.recorder.iter_mut().for_each(Recorder::ring);
+        self.doorbell.ring();
+        self.recorder.iter_mut().for_each(Recorder::digest_if_due);
     }
 
     /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`

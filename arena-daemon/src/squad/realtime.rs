@@ -134,9 +134,7 @@ impl Squad for Realtime {
         self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(tick));
         let mut present = Vec::with_capacity(percepts.len());
         self.members.send(percepts, &mut present)?;
-        self.members.recorder.iter_mut().for_each(Recorder::ring);
-        self.members.doorbell.ring();
-        self.members.recorder.iter_mut().for_each(Recorder::digest);
+        self.members.ring();
         for index in present {
             self.hear(index, tick)?;
             let Some(latest) = self.latest[index] else { continue };
@@ -185,6 +183,10 @@ impl Squad for Realtime {
 
     fn has_estimates(&self) -> bool {
         self.latest.iter().flatten().all(|latest| latest.answers.is_some())
+    }
+
+    fn recorder(&mut self) -> Option<&mut Recorder> {
+        self.members.recorder.as_mut()
     }
 
     fn profile(&mut self) -> Option<Profile> {
