@@ -8,10 +8,12 @@ use std::{
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-/// Processor, cores, kernel and compiler; what cannot be found out is named as unknown.
+/// Processor, cores, kernel, compiler, and how we are linked; what cannot be found out is named as unknown.
 pub(crate) fn described() -> String {
     let cores = available_parallelism().map_or_else(|_| unknown("number of"), |cores| cores.to_string());
-    format!("Machine: {}, {cores} cores, Linux {}, {}.", processor(), kernel(), compiler())
+    let linked = if cfg!(target_feature = "crt-static") { "statically" } else { "dynamically" };
+    let (processor, kernel, compiler) = (processor(), kernel(), compiler());
+    format!("Machine: {processor}, {cores} cores, Linux {kernel}, {compiler}; floors are linked {linked}.")
 }
 
 /// Raises our limit on open files, which processes that we start inherit, as far as everybody may.
