@@ -3,14 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use std::{
+    fs::File,
     io::{Read, Write},
     net::{TcpListener, TcpStream},
     os::unix::net::UnixStream,
-    process::{Output, Stdio},
+    process::{Command, Output, Stdio},
+    thread,
     time::{Duration, Instant},
 };
 
-use rustix::process::{Pid, Signal};
+use rustix::{
+    process::{Pid, Signal},
+    pty::{OpenptFlags, openpt, ptsname, unlockpt},
+    termios::{Winsize, tcsetwinsize},
+};
 use serde_json::Value;
 use tests::{
     live::{LiveRun, heard, signal, wait_until},
@@ -160,6 +166,44 @@ fn who_asks_for_a_run_that_is_not_there_is_told_which_are() {
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     let said = said(&output);
     assert!(said.contains("no run named `nobody` is alive; alive: ") && said.contains(&run.name), "{said}");
+    signal(run.supervisor(), Signal::TERM);
+    run.finish();
+}
+
+#[test]
+fn whoever_watches_leaves_when_the_terminal_is_closed() {
+    let run = LiveRun::start("swarmbots", &["--speed", "10", "--duration", "2000"]);
+    run.wait_until_moving();
+    let mut ours =
+        File::from(openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap());
+    unlockpt(&ours).unwrap();
+    tcsetwinsize(&ours, Winsize { ws_row: 40, ws_col: 120, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
+    let path = ptsname(&ours, Vec::new()).unwrap();
+    let theirs = File::options().read(true).write(true).open(path.to_str().unwrap()).unwrap();
+    let top = lamplight(["top", &run.name]);
+    // A session of its own, with that terminal: its hangup is what tells.
+    let mut watcher = Command::new("setsid")
+        .arg("--ctty")
+        .arg(top.get_program())
+        .args(top.get_args())
+        .stdin(theirs.try_clone().unwrap())
+        .stdout(theirs)
+        .spawn()
+        .unwrap();
+    let (mut shown, mut part) = (String::new(), [0; 4096]);
+    while !shown.contains("robots") {
+        let read = ours.read(&mut part).unwrap();
+        shown.push_str(&String::from_utf8_lossy(&part[..read]));
+    }
+    assert_eq!(watcher.try_wait().unwrap(), None, "it goes on watching");
+    drop(ours);
+    let closed = Instant::now();
+    while watcher.try_wait().unwrap().is_none() && closed.elapsed() < Duration::from_secs(30) {
+        thread::sleep(Duration::from_millis(10));
+    }
+    let left = watcher.try_wait().unwrap();
+    let _ = watcher.kill();
+    assert!(left.is_some(), "it watches on without a terminal");
     signal(run.supervisor(), Signal::TERM);
     run.finish();
 }
