@@ -2,8 +2,8 @@
 //!
 //! A tick is not to be slowed down, and a thousand robots' tallies are in no cache. So what comes is written to a
 //! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for [`ROUNDS`] cycles at
-//! once, robots taking turns, beside the arena's own work or while the agents are at the next cycle ([`Recorder::digest`]). Nothing is allocated
-//! once tallies and journal have grown to what there is to measure.
+//! once, robots taking turns, beside the arena's own work or while the agents are at the next cycle
+//! ([`Recorder::digest`]). Nothing is allocated once tallies and journal have grown to what there is to measure.
 
 use std::{
     fmt, mem,
