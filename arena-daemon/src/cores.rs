@@ -9,7 +9,8 @@ use rayon::{
     slice::ParallelSliceMut,
 };
 
-/// With fewer robots, waking another core takes longer than what it could take over; see docs/performance.md.
+/// With fewer robots, waking another core for a stage takes longer than what it could take over; see
+/// docs/performance.md.
 const ROBOTS_MIN: u32 = 200;
 /// Cores that work together at most: a stage of a thousand robots is about a millisecond of work.
 const CORES_MAX: usize = 8;
@@ -20,26 +21,23 @@ const PARTS_PER_CORE: usize = 2;
 pub enum Cores {
     /// The caller's.
     One,
+    /// The caller's, and one that does what comes up beside.
+    Two(ThreadPool),
     /// Several, which sleep between stages.
     Several(ThreadPool),
 }
 
 impl Cores {
-    /// As many as pay for so many robots.
-    pub fn for_robots(robots: u32) -> Self {
+    /// As many as pay for so many robots; at least two, where there are, if something `comes_up` to be done beside.
+    pub fn for_robots(robots: u32, comes_up: bool) -> Self {
         let cores = thread::available_parallelism().map_or(1, usize::from).min(CORES_MAX);
-        if robots < ROBOTS_MIN || cores == 1 {
-            return Self::One;
-        }
         // Without threads of its own the arena does all by itself.
-        ThreadPoolBuilder::new().num_threads(cores).build().map_or(Self::One, Self::Several)
-    }
-}
-
-impl Cores {
-    /// Whether something can be done beside what the caller does.
-    pub fn are_several(&self) -> bool {
-        matches!(self, Self::Several(_))
+        let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
+        match (cores > 1, robots >= ROBOTS_MIN, comes_up) {
+            (true, true, _) => pool(cores).map_or(Self::One, Self::Several),
+            (true, false, true) => pool(1).map_or(Self::One, Self::Two),
+            _ => Self::One,
+        }
     }
 
     /// Does `here` in the caller's thread, and `beside` at the same time if there are several, else before it.
@@ -49,7 +47,7 @@ impl Cores {
                 beside();
                 here()
             }
-            Self::Several(pool) => pool.in_place_scope(|scope| {
+            Self::Two(pool) | Self::Several(pool) => pool.in_place_scope(|scope| {
                 scope.spawn(|_| beside());
                 here()
             }),
@@ -60,7 +58,7 @@ impl Cores {
 impl Hands for Cores {
     fn share<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
         match self {
-            Self::One => Alone.share(items, work),
+            Self::One | Self::Two(_) => Alone.share(items, work),
             Self::Several(pool) => {
                 let part = items.len().div_ceil(pool.current_num_threads() * PARTS_PER_CORE).max(1);
                 pool.install(|| {
@@ -76,6 +74,7 @@ impl fmt::Debug for Cores {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::One => write!(f, "One"),
+            Self::Two(_) => write!(f, "Two"),
             Self::Several(pool) => write!(f, "Several({})", pool.current_num_threads()),
         }
     }
@@ -85,13 +84,14 @@ impl fmt::Debug for Cores {
 mod tests {
     use super::*;
 
-    fn several() -> Cores {
-        Cores::Several(ThreadPoolBuilder::new().num_threads(3).build().unwrap())
+    fn all_kinds() -> [Cores; 3] {
+        let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        [Cores::One, Cores::Two(pool(1)), Cores::Several(pool(3))]
     }
 
     #[test]
     fn every_item_is_worked_on_once_and_knows_its_place() {
-        for cores in [Cores::One, several()] {
+        for cores in all_kinds() {
             for count in [0, 1, 5, 6, 7, 1000] {
                 let mut items = vec![0; count];
                 cores.share(&mut items, |first, part| {
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn both_are_done_and_one_may_share_its_work_meanwhile() {
-        for cores in [Cores::One, several()] {
+        for cores in all_kinds() {
             let (mut beside, mut items) = (0, vec![1; 100]);
             let here = cores.both(
                 || beside = 7,
@@ -119,6 +119,7 @@ mod tests {
 
     #[test]
     fn few_robots_are_played_by_one_core() {
-        assert!(matches!(Cores::for_robots(ROBOTS_MIN - 1), Cores::One));
+        assert!(matches!(Cores::for_robots(ROBOTS_MIN - 1, false), Cores::One));
+        assert!(!matches!(Cores::for_robots(ROBOTS_MIN - 1, true), Cores::Several(_)));
     }
 }

@@ -16,7 +16,7 @@ use crate::{
     live::Teller,
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
-    profile::{Recorder, Totals},
+    profile::Totals,
     progress::{Audience, Progress, Status},
     squad::{Answers, Squad, SquadError},
     stop::StopFlag,
@@ -64,6 +64,10 @@ pub fn run(
 ) -> anyhow::Result<Summary> {
     let robots = arena.poses().len();
     let teller = Teller::new(squad.live());
+    let cores = match plan.shares {
+        true => Cores::for_robots(scenario.robot_count(), squad.recorder().is_some()),
+        false => Cores::One,
+    };
     let mut run = Run {
         scenario,
         arena,
@@ -74,7 +78,7 @@ pub fn run(
         teller,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
-        cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
+        cores,
         lag: None,
         // Three digits from a nanosecond to an hour.
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
@@ -205,12 +209,12 @@ impl Run<'_> {
         logbook::at_tick(self.arena.next_tick());
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
-        // The arena leaves most cores idle most of the time.
-        let recorder = self.squad.recorder().filter(|_| self.cores.are_several());
-        let percepts = self.cores.both(
-            || recorder.into_iter().for_each(Recorder::digest),
-            || self.arena.tick_by(&self.cores, &self.answers),
-        );
+        let (arena, cores) = (&mut *self.arena, &self.cores);
+        let percepts = match self.squad.recorder().filter(|recorder| recorder.is_due()) {
+            // The arena leaves most cores idle most of the time.
+            Some(recorder) => cores.both(|| recorder.digest(), || arena.tick_by(cores, &self.answers)),
+            None => arena.tick_by(cores, &self.answers),
+        };
         if let Some(percepts) = percepts {
             self.squad.exchange(percepts, &mut self.answers)?;
         }

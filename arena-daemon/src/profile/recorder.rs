@@ -2,8 +2,8 @@
 //!
 //! A tick is not to be slowed down, and a thousand robots' tallies are in no cache. So what comes is written to a
 //! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for [`ROUNDS`] cycles at
-//! once, robots taking turns, beside the arena's own work or while the agents are at the next cycle
-//! ([`Recorder::digest`]). Nothing is allocated once tallies and journal have grown to what there is to measure.
+//! once, robots taking turns, best by a core that the arena leaves idle ([`Recorder::digest`]). Nothing is allocated
+//! once tallies and journal have grown to what there is to measure.
 
 use std::{
     fmt, mem,
@@ -33,6 +33,8 @@ use crate::{process::Process, trace::Tracer};
 
 /// Cycles of a robot that go into its tallies at once.
 const ROUNDS: usize = 32;
+/// Robots whose turn comes at once, if there are so many: another core is not woken for less.
+const ROBOTS_AT_ONCE: usize = 32;
 /// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
 /// what is measured; in lock-step there is only one.
 const PERCEPTS_IN_REALTIME: Round = 4;
@@ -53,8 +55,9 @@ pub struct Recorder {
     answers: Vec<Answer>,
     packets_ns: Vec<u64>,
     rows: Vec<CycleTimes>,
-    /// Whether nobody has worked anything in since the last exchange.
-    is_due: bool,
+    /// The round that robots' turn has last come in, and the robot whose turn comes next.
+    digested: Round,
+    next: usize,
     left_out: u64,
     packets_unknown: u64,
     /// While somebody watches the run.
@@ -112,13 +115,14 @@ impl Recorder {
             counters: None,
             rung: Stamp(0),
             // Those that a robot's turn comes for, those that may still be answered, and the present one.
-            journal: Journal::new(robots, ROUNDS + PERCEPTS_IN_REALTIME as usize + 1),
+            journal: Journal::new(robots, ROUNDS + turn(robots) as usize + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
             robots: (0..robots).map(|_| Robot::default()).collect(),
             answers: Vec::new(),
             packets_ns: Vec::new(),
             rows: Vec::new(),
-            is_due: true,
+            digested: 0,
+            next: 0,
             left_out: 0,
             packets_unknown: 0,
             recent: None,
@@ -165,6 +169,10 @@ impl Recorder {
 
     /// The percepts of `tick` are ready, and about to be handed out.
     pub fn begin_round(&mut self, tick: Tick) {
+        if self.is_due() {
+            // Nobody has found the time for it.
+            self.digest();
+        }
         self.journal.begin(tick, self.clock.now());
     }
 
@@ -219,28 +227,29 @@ impl Recorder {
         self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
 
-    /// Works in what has come of those robots whose turn it is. Best done by a core that has nothing else to do.
-    pub fn digest(&mut self) {
-        self.is_due = false;
-        let whole = self.journal.rounds().saturating_sub(self.percepts());
-        let some = self.robots.len().div_ceil(ROUNDS);
-        let first = (self.journal.rounds() % ROUNDS as u64) as usize * some;
-        for index in first..(first + some).min(self.robots.len()) {
-            self.work_in(index, whole);
-        }
-        // A trace wants the cycles of a tick together.
-        if self.tracer.is_on() {
-            let traced = (0..self.robots.len()).filter(|&index| self.tracer.traces(index));
-            traced.collect::<Vec<_>>().into_iter().for_each(|index| self.work_in(index, whole));
-        }
+    /// Whether some robots' turn has come to have what has been measured of them worked in.
+    pub fn is_due(&self) -> bool {
+        // Who watches wants to know all the time, and a trace wants the cycles of a tick together.
+        let turn = if self.recent.is_some() || self.tracer.is_on() { 1 } else { turn(self.robots.len()) };
+        self.journal.rounds() - self.digested >= turn
     }
 
-    /// The same, unless somebody has done it since the last time.
-    pub fn digest_if_due(&mut self) {
-        if self.is_due {
-            self.digest();
+    /// Works that in, which is best done by a core that has nothing else to do. If it is not done before the next
+    /// round begins, it is done then.
+    pub fn digest(&mut self) {
+        let (robots, rounds) = (self.robots.len(), self.journal.rounds());
+        let whole = rounds.saturating_sub(self.percepts());
+        // So many that everybody's turn comes within so many rounds.
+        let some = (robots * (rounds - self.digested) as usize).div_ceil(ROUNDS).min(robots);
+        for index in self.next..self.next + some {
+            self.work_in(index % robots, whole);
         }
-        self.is_due = true;
+        self.next = (self.next + some) % robots;
+        self.digested = rounds;
+        if self.tracer.is_on() {
+            let traced = (0..robots).filter(|&index| self.tracer.traces(index));
+            traced.collect::<Vec<_>>().into_iter().for_each(|index| self.work_in(index, whole));
+        }
     }
 
     /// Robot `index` begins a new life.
@@ -327,6 +336,11 @@ impl Recorder {
         self.tracer.with(|recording| recording.cycles(&self.rows));
         self.rows.clear();
     }
+}
+
+/// Rounds from one turn to the next.
+fn turn(robots: usize) -> Round {
+    (ROUNDS * ROBOTS_AT_ONCE / robots).clamp(1, ROUNDS) as Round
 }
 
 /// Stamps that contradict each other.

@@ -325,11 +325,10 @@ impl Members {
         Ok(())
     }
 
-    /// Wakes the agents. While they are at work, what is known of them is worked in, if that has not been done.
+    /// Wakes the agents.
     pub(super) fn ring(&mut self) {
         self.recorder.iter_mut().for_each(Recorder::ring);
         self.doorbell.ring();
-        self.recorder.iter_mut().for_each(Recorder::digest_if_due);
     }
 
     /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`

@@ -51,7 +51,6 @@ fn hand_out_and_ring(recorder: &mut Recorder, tick: Tick) {
         recorder.hand_out(index, percept);
     }
     recorder.ring();
-    recorder.digest();
 }
 
 /// One exchange in which both robots answer, changed by `change`.
