@@ -5,7 +5,7 @@
 
 #![allow(unsafe_code)]
 
-use std::{fs, ops::Range, string::String};
+use std::{fs, ops::Range};
 
 use rustix::{
     mm::{Advice, madvise},
@@ -19,14 +19,13 @@ const KEPT_BELOW: usize = 8 * 1024;
 /// shallow as possible; in any other thread only the heap is trimmed. Costs some 50 µs. What cannot be given
 /// back stays.
 pub fn trim() {
+    // This needs some pages of heap too, so it comes first.
+    let stack = stack_of(&fs::read_to_string("/proc/self/maps").unwrap_or_default());
     #[cfg(target_env = "gnu")]
     // SAFETY: it has no preconditions, and takes the allocator's own locks.
     unsafe {
         libc::malloc_trim(0);
     }
-    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
-    let stack = stack_of(&maps);
-    drop::<String>(maps);
     if let Some(stack) = stack {
         trim_stack(&stack);
     }
