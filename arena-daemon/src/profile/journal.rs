@@ -3,6 +3,8 @@
 //! What each robot needs of it is read much later and for many cycles at once. By then nothing of it is in the
 //! caches, but all of it can be fetched together.
 
+use std::ops::Range;
+
 use protocol::{
     cycles::Stamp,
     percept::{Percept, Tick},
@@ -43,6 +45,16 @@ struct Heard {
     tick: Tick,
     begin: u32,
     end: u32,
+}
+
+/// What is read of one robot at once. Kept for its memory alone.
+#[derive(Debug, Default)]
+pub(super) struct Excerpt {
+    /// What it has answered, in order of rounds.
+    pub(super) answers: Vec<Answer>,
+    /// What the packets took that it had heard in those rounds, as far as that is known.
+    pub(super) packets_ns: Vec<u64>,
+    heard: Vec<(usize, Heard, u32)>,
 }
 
 /// What one agent says about its cycle: one line of cache.
@@ -129,14 +141,33 @@ impl Journal {
         self.pages[at].answers[index] = answer;
     }
 
-    /// What robot `index` answered in `round`, and the first parts of the packets it had heard, of those where they
-    /// are known.
-    pub(super) fn read(&self, index: usize, round: Round) -> Option<(&Answer, impl Iterator<Item = u32>)> {
-        let page = &self.pages[self.place(round)];
-        let (answer, heard) = (&page.answers[index], page.heard[index]);
-        let heard = if heard.tick == page.tick { heard.begin as usize..heard.end as usize } else { 0..0 };
-        let known = page.first_ns[heard].iter().copied().filter(|&first_ns| first_ns != UNKNOWN);
-        (answer.tick == page.tick).then_some((answer, known))
+    /// Writes over `excerpt` what there is of robot `index` in `rounds`.
+    ///
+    /// Nothing of it is in a cache, and a loop that does not wait for what it fetches has many fetches on their way.
+    /// So one pass fetches what lies at known places, another one what that points to, and only then is it looked at.
+    pub(super) fn read(&self, index: usize, rounds: Range<Round>, excerpt: &mut Excerpt) {
+        let Excerpt { answers, packets_ns, heard } = excerpt;
+        (answers.clear(), packets_ns.clear(), heard.clear());
+        for round in rounds {
+            let at = self.place(round);
+            let page = &self.pages[at];
+            let answer = page.answers[index];
+            if answer.tick == page.tick {
+                answers.push(answer);
+                heard.push((at, page.heard[index], answer.second_ns));
+            }
+        }
+        for (&(at, heard, second_ns), answer) in heard.iter().zip(&*answers) {
+            let page = &self.pages[at];
+            if heard.tick == page.tick && !answer.is_broken() {
+                let first_ns = &page.first_ns[heard.begin as usize..heard.end as usize];
+                packets_ns.extend(first_ns.iter().map(|&first_ns| match first_ns {
+                    UNKNOWN => u64::MAX,
+                    _ => u64::from(first_ns) + u64::from(second_ns),
+                }));
+            }
+        }
+        packets_ns.retain(|&ns| ns != u64::MAX);
     }
 
     fn place(&self, round: Round) -> usize {
@@ -170,7 +201,7 @@ mod tests {
     }
 
     fn answer(tick: Tick) -> Answer {
-        Answer { tick, wake_ns: 1, second_ns: 2, times: RawTimes::default() }
+        Answer { tick, wake_ns: 1, second_ns: 2, times: RawTimes { woke: 1, ..RawTimes::default() } }
     }
 
     #[test]
@@ -188,14 +219,20 @@ mod tests {
         assert_eq!(journal.handed_out(11, 2), None);
         journal.note(0, 0, answer(10));
         journal.note(1, 1, answer(12));
-        let packets = |journal: &Journal, index, round| -> Option<Vec<u32>> {
-            journal.read(index, round).map(|read| read.1.collect())
+        let read = |journal: &Journal, index, rounds: Range<Round>| {
+            let mut excerpt = Excerpt::default();
+            journal.read(index, rounds, &mut excerpt);
+            (excerpt.answers.iter().map(|answer| answer.tick).collect::<Vec<_>>(), excerpt.packets_ns)
         };
-        assert_eq!(packets(&journal, 0, 0), Some(vec![50, 50]));
-        assert_eq!(packets(&journal, 1, 0), None, "it has not answered");
-        assert_eq!(packets(&journal, 1, 1), Some(vec![]), "it answered a percept that it was not given");
+        assert_eq!(read(&journal, 0, 0..2), (vec![10], vec![52, 52]), "each took both ways");
+        assert_eq!(read(&journal, 1, 0..1), (vec![], vec![]), "it has not answered");
+        assert_eq!(
+            read(&journal, 1, 0..2),
+            (vec![12], vec![]),
+            "it answered a percept that it was not given"
+        );
         (13..15).for_each(|tick| journal.begin(tick, Stamp(300)));
-        assert_eq!(packets(&journal, 0, 3), None, "in the place of round 0");
+        assert_eq!(read(&journal, 0, 3..4), (vec![], vec![]), "in the place of round 0");
         assert_eq!(journal.rounds(), 4);
     }
 }

@@ -1,12 +1,13 @@
 //! Takes what agents say about their cycles, checks it, and counts it for histograms.
 //!
 //! A tick is not to be slowed down, and a thousand robots' tallies are in no cache. So what comes is written to a
-//! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for [`ROUNDS`] cycles at
-//! once, robots taking turns, best by a core that the arena leaves idle ([`Recorder::digest`]). Nothing is allocated
-//! once tallies and journal have grown to what there is to measure.
+//! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for many cycles at once,
+//! robots taking turns, best by a core that the arena leaves idle ([`Recorder::digest`]). Nothing is allocated once
+//! tallies and journal have grown to what there is to measure.
 
 use std::{
     fmt, mem,
+    ops::RangeInclusive,
     time::{Duration, Instant, SystemTime},
 };
 
@@ -24,17 +25,20 @@ use super::{
     cycle_times::{CycleTimes, Stage},
     flight::Origins,
     histograms::Span,
-    journal::{Answer, Journal, Round},
+    journal::{Answer, Excerpt, Journal, Round},
     recent::{Recent, RecentCycles, RecentTimes},
     tally::Tallies,
     usage::Usage,
 };
 use crate::{process::Process, trace::Tracer};
 
-/// Cycles of a robot that go into its tallies at once.
-const ROUNDS: usize = 32;
-/// Robots whose turn comes at once, if there are so many: another core is not woken for less.
-const ROBOTS_AT_ONCE: usize = 32;
+/// Cycles of a robot that are kept until they go into its tallies at once: the more they are, the less its tallies
+/// cost to fetch, and the more the journal does.
+const ROUNDS: RangeInclusive<usize> = 32..=256;
+/// Cycles of all robots that are kept, as long as each robot keeps its least.
+const CYCLES_KEPT: usize = 32_000;
+/// Cycles that another core is woken for, some 100 µs of work: about what the arena takes to play a tick of 50 robots.
+const CYCLES_AT_ONCE: usize = 1024;
 /// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
 /// what is measured; in lock-step there is only one.
 const PERCEPTS_IN_REALTIME: Round = 4;
@@ -52,8 +56,7 @@ pub struct Recorder {
     origins: Origins,
     robots: Vec<Robot>,
     // What is worked in of one robot; kept for their memory alone.
-    answers: Vec<Answer>,
-    packets_ns: Vec<u64>,
+    excerpt: Excerpt,
     rows: Vec<CycleTimes>,
     /// The round that robots' turn has last come in, and the robot whose turn comes next.
     digested: Round,
@@ -107,6 +110,7 @@ impl Recorder {
     /// For so many robots.
     pub fn new(robots: usize, mode: Mode) -> Self {
         let clock = Clock::of_this_machine();
+        let rounds = rounds_kept(robots);
         Self {
             mode,
             clock,
@@ -115,11 +119,10 @@ impl Recorder {
             counters: None,
             rung: Stamp(0),
             // Those that a robot's turn comes for, those that may still be answered, and the present one.
-            journal: Journal::new(robots, ROUNDS + turn(robots) as usize + PERCEPTS_IN_REALTIME as usize + 1),
+            journal: Journal::new(robots, rounds + turn(robots) as usize + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
             robots: (0..robots).map(|_| Robot::default()).collect(),
-            answers: Vec::new(),
-            packets_ns: Vec::new(),
+            excerpt: Excerpt::default(),
             rows: Vec::new(),
             digested: 0,
             next: 0,
@@ -229,9 +232,7 @@ impl Recorder {
 
     /// Whether some robots' turn has come to have what has been measured of them worked in.
     pub fn is_due(&self) -> bool {
-        // Who watches wants to know all the time, and a trace wants the cycles of a tick together.
-        let turn = if self.recent.is_some() || self.tracer.is_on() { 1 } else { turn(self.robots.len()) };
-        self.journal.rounds() - self.digested >= turn
+        self.journal.rounds() - self.digested >= if self.is_urgent() { 1 } else { turn(self.robots.len()) }
     }
 
     /// Works that in, which is best done by a core that has nothing else to do. If it is not done before the next
@@ -240,7 +241,8 @@ impl Recorder {
         let (robots, rounds) = (self.robots.len(), self.journal.rounds());
         let whole = rounds.saturating_sub(self.percepts());
         // So many that everybody's turn comes within so many rounds.
-        let some = (robots * (rounds - self.digested) as usize).div_ceil(ROUNDS).min(robots);
+        let within = if self.is_urgent() { *ROUNDS.start() } else { rounds_kept(robots) };
+        let some = (robots * (rounds - self.digested) as usize).div_ceil(within).min(robots);
         for index in self.next..self.next + some {
             self.work_in(index % robots, whole);
         }
@@ -250,6 +252,11 @@ impl Recorder {
             let traced = (0..robots).filter(|&index| self.tracer.traces(index));
             traced.collect::<Vec<_>>().into_iter().for_each(|index| self.work_in(index, whole));
         }
+    }
+
+    /// Who watches wants to know soon, and a trace wants the cycles of a tick together.
+    fn is_urgent(&self) -> bool {
+        self.recent.is_some() || self.tracer.is_on()
     }
 
     /// Robot `index` begins a new life.
@@ -305,22 +312,13 @@ impl Recorder {
         let robot = &mut self.robots[index];
         let rounds = robot.next..until.max(robot.next);
         robot.next = rounds.end;
-        // First all is fetched, which takes the longest: a loop that does little else has many fetches on their way.
-        for round in rounds {
-            let Some((answer, first_ns)) = self.journal.read(index, round) else { continue };
-            self.answers.push(*answer);
-            if answer.is_broken() {
-                continue;
-            }
-            let second_ns = u64::from(answer.second_ns);
-            self.packets_ns.extend(first_ns.map(|first_ns| u64::from(first_ns) + second_ns));
-        }
+        self.journal.read(index, rounds, &mut self.excerpt);
+        let Excerpt { answers, packets_ns, .. } = &self.excerpt;
         let packets = robot.tallies.of(Span::Packet);
-        self.packets_ns.iter().for_each(|&ns| packets.add(ns));
-        self.recent.iter_mut().for_each(|recent| self.packets_ns.iter().for_each(|&ns| recent.packet(ns)));
-        self.packets_ns.clear();
-        for answer in self.answers.drain(..) {
-            match robot.answered(index, &answer, began) {
+        packets_ns.iter().for_each(|&ns| packets.add(ns));
+        self.recent.iter_mut().for_each(|recent| packets_ns.iter().for_each(|&ns| recent.packet(ns)));
+        for answer in answers {
+            match robot.answered(index, answer, began) {
                 Ok(None) => {}
                 Ok(Some(row)) => {
                     if self.mode == Mode::Realtime {
@@ -338,9 +336,14 @@ impl Recorder {
     }
 }
 
+/// Rounds within which everybody's turn comes.
+fn rounds_kept(robots: usize) -> usize {
+    (CYCLES_KEPT / robots).clamp(*ROUNDS.start(), *ROUNDS.end())
+}
+
 /// Rounds from one turn to the next.
 fn turn(robots: usize) -> Round {
-    (ROUNDS * ROBOTS_AT_ONCE / robots).clamp(1, ROUNDS) as Round
+    (CYCLES_AT_ONCE / robots).clamp(1, rounds_kept(robots)) as Round
 }
 
 /// Stamps that contradict each other.

@@ -72,17 +72,17 @@ fn finish(recorder: Recorder) -> Profile {
 #[test]
 fn each_cycle_is_known_once_the_next_one_tells_its_end() {
     let mut recorder = recorder(Mode::Lockstep);
-    for tick in 0..200 {
+    for tick in 0..700 {
         exchange(&mut recorder, tick, |times| times.publish_before = u32::from(tick > 0));
     }
     let profile = finish(recorder);
     for robot in &profile.robots {
-        assert_eq!(robot.cycles, 199, "the last one has no end");
-        assert_eq!(robot.histograms.of(Span::Cycle).len(), 199);
-        assert_eq!(robot.counts, 199 * 2, "one count of cell, one of publishing");
+        assert_eq!(robot.cycles, 699, "the last one has no end");
+        assert_eq!(robot.histograms.of(Span::Cycle).len(), 699);
+        assert_eq!(robot.counts, 699 * 2, "one count of cell, one of publishing");
         assert!(robot.histograms.of(Span::Stage(Stage::Wake)).max() > 0);
     }
-    assert_eq!((profile.cycles_left_out, profile.over_all().of(Span::Cycle).len()), (0, 398));
+    assert_eq!((profile.cycles_left_out, profile.over_all().of(Span::Cycle).len()), (0, 1398));
 }
 
 #[test]
