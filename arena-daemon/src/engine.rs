@@ -64,10 +64,6 @@ pub fn run(
 ) -> anyhow::Result<Summary> {
     let robots = arena.poses().len();
     let teller = Teller::new(squad.live());
-    let cores = match plan.shares {
-        true => Cores::for_robots(scenario.robot_count(), squad.recorder().is_some()),
-        false => Cores::One,
-    };
     let mut run = Run {
         scenario,
         arena,
@@ -78,7 +74,7 @@ pub fn run(
         teller,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
-        cores,
+        cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
         lag: None,
         // Three digits from a nanosecond to an hour.
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
@@ -209,13 +205,7 @@ impl Run<'_> {
         logbook::at_tick(self.arena.next_tick());
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
-        let (arena, cores) = (&mut *self.arena, &self.cores);
-        let percepts = match self.squad.recorder().filter(|recorder| recorder.is_due()) {
-            // The arena leaves most cores idle most of the time.
-            Some(recorder) => cores.both(|| recorder.digest(), || arena.tick_by(cores, &self.answers)),
-            None => arena.tick_by(cores, &self.answers),
-        };
-        if let Some(percepts) = percepts {
+        if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
         let took = began.elapsed();

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::{
     live::{Live, Survey},
-    profile::{Profile, Recorder},
+    profile::Profile,
     stop::StopFlag,
 };
 
@@ -56,11 +56,6 @@ pub trait Squad {
     /// Whether every robot that takes part has answered a percept: before that, errors mean nothing.
     fn has_estimates(&self) -> bool {
         true
-    }
-
-    /// Who measures the agents, if somebody does.
-    fn recorder(&mut self) -> Option<&mut Recorder> {
-        None
     }
 
     /// What its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.

@@ -147,7 +147,9 @@ impl Journal {
     /// So one pass fetches what lies at known places, another one what that points to, and only then is it looked at.
     pub(super) fn read(&self, index: usize, rounds: Range<Round>, excerpt: &mut Excerpt) {
         let Excerpt { answers, packets_ns, heard } = excerpt;
-        (answers.clear(), packets_ns.clear(), heard.clear());
+        answers.clear();
+        packets_ns.clear();
+        heard.clear();
         for round in rounds {
             let at = self.place(round);
             let page = &self.pages[at];

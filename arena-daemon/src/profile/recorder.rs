@@ -2,8 +2,8 @@
 //!
 //! A tick is not to be slowed down, and a thousand robots' tallies are in no cache. So what comes is written to a
 //! [`Journal`] from front to back, and each robot's part of it is worked into its tallies for many cycles at once,
-//! robots taking turns, best by a core that the arena leaves idle ([`Recorder::digest`]). Nothing is allocated once
-//! tallies and journal have grown to what there is to measure.
+//! robots taking turns, beside the arena's own work or while the agents are at the next cycle ([`Recorder::digest`]).
+//! Nothing is allocated once tallies and journal have grown to what there is to measure.
 
 use std::{
     fmt, mem,
@@ -36,9 +36,7 @@ use crate::{process::Process, trace::Tracer};
 /// cost to fetch, and the more the journal does.
 const ROUNDS: RangeInclusive<usize> = 32..=256;
 /// Cycles of all robots that are kept, as long as each robot keeps its least.
-const CYCLES_KEPT: usize = 32_000;
-/// Cycles that another core is woken for, some 100 µs of work: about what the arena takes to play a tick of 50 robots.
-const CYCLES_AT_ONCE: usize = 1024;
+const CYCLES_KEPT: usize = 16_000;
 /// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
 /// what is measured; in lock-step there is only one.
 const PERCEPTS_IN_REALTIME: Round = 4;
@@ -58,7 +56,7 @@ pub struct Recorder {
     // What is worked in of one robot; kept for their memory alone.
     excerpt: Excerpt,
     rows: Vec<CycleTimes>,
-    /// The round that robots' turn has last come in, and the robot whose turn comes next.
+    /// Rounds that had begun when robots' turn came last, and the robot whose turn comes next.
     digested: Round,
     next: usize,
     left_out: u64,
@@ -119,7 +117,7 @@ impl Recorder {
             counters: None,
             rung: Stamp(0),
             // Those that a robot's turn comes for, those that may still be answered, and the present one.
-            journal: Journal::new(robots, rounds + turn(robots) as usize + PERCEPTS_IN_REALTIME as usize + 1),
+            journal: Journal::new(robots, rounds + PERCEPTS_IN_REALTIME as usize + 1),
             origins: Origins::new(robots),
             robots: (0..robots).map(|_| Robot::default()).collect(),
             excerpt: Excerpt::default(),
@@ -172,16 +170,13 @@ impl Recorder {
 
     /// The percepts of `tick` are ready, and about to be handed out.
     pub fn begin_round(&mut self, tick: Tick) {
-        if self.is_due() {
-            // Nobody has found the time for it.
-            self.digest();
-        }
         self.journal.begin(tick, self.clock.now());
     }
 
-    /// Robot `index` is handed its percept.
-    pub fn hand_out(&mut self, index: usize, percept: &Percept) {
-        if self.began.is_some() && percept.tick != BOOT_TICK {
+    /// `robots` are handed their ones of `percepts`.
+    pub fn hand_out(&mut self, robots: &[usize], percepts: &[Percept]) {
+        let handed_out = robots.iter().map(|&index| (index, &percepts[index]));
+        for (index, percept) in handed_out.filter(|(_, percept)| percept.tick != BOOT_TICK) {
             self.packets_unknown += self.journal.hand_out(index, percept, &self.origins) as u64;
             self.tracer.with(|recording| recording.hand_out(index, percept));
         }
@@ -230,19 +225,13 @@ impl Recorder {
         self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
 
-    /// Whether some robots' turn has come to have what has been measured of them worked in.
-    pub fn is_due(&self) -> bool {
-        self.journal.rounds() - self.digested >= if self.is_urgent() { 1 } else { turn(self.robots.len()) }
-    }
-
-    /// Works that in, which is best done by a core that has nothing else to do. If it is not done before the next
-    /// round begins, it is done then.
+    /// Works in what has come of those robots whose turn it is, once per round.
     pub fn digest(&mut self) {
         let (robots, rounds) = (self.robots.len(), self.journal.rounds());
         let whole = rounds.saturating_sub(self.percepts());
         // So many that everybody's turn comes within so many rounds.
         let within = if self.is_urgent() { *ROUNDS.start() } else { rounds_kept(robots) };
-        let some = (robots * (rounds - self.digested) as usize).div_ceil(within).min(robots);
+        let some = if self.digested < rounds { robots.div_ceil(within) } else { 0 };
         for index in self.next..self.next + some {
             self.work_in(index % robots, whole);
         }
@@ -339,11 +328,6 @@ impl Recorder {
 /// Rounds within which everybody's turn comes.
 fn rounds_kept(robots: usize) -> usize {
     (CYCLES_KEPT / robots).clamp(*ROUNDS.start(), *ROUNDS.end())
-}
-
-/// Rounds from one turn to the next.
-fn turn(robots: usize) -> Round {
-    (CYCLES_AT_ONCE / robots).clamp(1, rounds_kept(robots)) as Round
 }
 
 /// Stamps that contradict each other.

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     live::{Awaited, Live, Survey},
-    profile::{Profile, Recorder},
+    profile::Profile,
     stop::StopFlag,
 };
 
@@ -174,10 +174,6 @@ impl Squad for Lockstep {
         self.await_answers(&mut awaited, tick, answers)?;
         self.awaited = awaited;
         self.members.welcome(tick, answers)
-    }
-
-    fn recorder(&mut self) -> Option<&mut Recorder> {
-        self.members.recorder.as_mut()
     }
 
     fn profile(&mut self) -> Option<Profile> {

@@ -30,6 +30,7 @@ use protocol::{
 
 use super::{Answers, Incident, SquadError, Standing};
 use crate::{
+    cores::SecondCore,
     link::{Link, Lost},
     live::{Awaited, Live},
     process::{Process, State},
@@ -116,6 +117,8 @@ pub(super) struct Members {
     pub(super) doorbell: Doorbell,
     pub(super) hang_timeout: Duration,
     pub(super) recorder: Option<Recorder>,
+    /// What the recorder does while percepts are sent is done there.
+    second_core: Option<SecondCore>,
     medium: Medium,
     plane: Plane,
     /// Frames of packets that agents are to hear.
@@ -151,6 +154,7 @@ impl Members {
             recorder: hosting
                 .profile
                 .then(|| Recorder::new(robots as usize, mode).traced(hosting.tracer.clone())),
+            second_core: if hosting.profile { SecondCore::for_robots(robots) } else { None },
             hang_timeout: scenario.processes.hang_timeout(),
             medium,
             plane,
@@ -312,23 +316,38 @@ impl Members {
     /// Sends a percept to every agent that takes part, and writes their indices over `present`.
     pub(super) fn send(&mut self, percepts: &[Percept], present: &mut Vec<usize>) -> Result<(), SquadError> {
         present.clear();
-        for (index, (member, percept)) in self.members.iter_mut().zip(percepts).enumerate() {
-            if let (Presence::Present, Some(ports)) = (member.presence, &mut member.ports) {
-                ports.send(percept, &mut self.frames)?;
-                if let Some(recorder) = &mut self.recorder {
-                    // Later would be while the agents are at work, but by then the percept is in no cache any more.
-                    recorder.hand_out(index, percept);
-                }
-                present.push(index);
+        present.extend((0..self.members.len()).filter(|&index| self.is_present(index)));
+        let Self { members, frames, recorder, second_core, .. } = self;
+        let mut send = || {
+            present.iter().try_for_each(|&index| match &mut members[index].ports {
+                Some(ports) => ports.send(&percepts[index], frames),
+                None => Ok(()),
+            })
+        };
+        // The percepts are in the caches now; once the agents are at work, they are not any more.
+        let record = |recorder: &mut Recorder| recorder.hand_out(present, percepts);
+        match (recorder, second_core) {
+            (None, _) => send()?,
+            (Some(recorder), None) => {
+                record(recorder);
+                send()?;
             }
+            (Some(recorder), Some(core)) => core.both(
+                || {
+                    record(recorder);
+                    recorder.digest();
+                },
+                send,
+            )?,
         }
         Ok(())
     }
 
-    /// Wakes the agents.
+    /// Wakes the agents. While they are at work, what is known of them is worked in, if that has not been done.
     pub(super) fn ring(&mut self) {
         self.recorder.iter_mut().for_each(Recorder::ring);
         self.doorbell.ring();
+        self.recorder.iter_mut().for_each(Recorder::digest);
     }
 
     /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     live::{Awaited, Live, Survey},
-    profile::{Profile, Recorder},
+    profile::Profile,
     stop::StopFlag,
 };
 
@@ -183,10 +183,6 @@ impl Squad for Realtime {
 
     fn has_estimates(&self) -> bool {
         self.latest.iter().flatten().all(|latest| latest.answers.is_some())
-    }
-
-    fn recorder(&mut self) -> Option<&mut Recorder> {
-        self.members.recorder.as_mut()
     }
 
     fn profile(&mut self) -> Option<Profile> {

@@ -8,7 +8,7 @@ use protocol::percept::{Percept, Tick};
 use super::Tracer;
 use crate::{
     live::{Live, Survey},
-    profile::{Profile, Recorder},
+    profile::Profile,
     squad::{Answers, Incident, Squad, SquadError, Standing},
     stop::StopFlag,
 };
@@ -58,10 +58,6 @@ impl Squad for Traced<'_> {
 
     fn has_estimates(&self) -> bool {
         self.squad.has_estimates()
-    }
-
-    fn recorder(&mut self) -> Option<&mut Recorder> {
-        self.squad.recorder()
     }
 
     fn profile(&mut self) -> Option<Profile> {

@@ -47,10 +47,9 @@ fn times(recorder: &Recorder) -> RawTimes {
 
 fn hand_out_and_ring(recorder: &mut Recorder, tick: Tick) {
     recorder.begin_round(tick);
-    for (index, percept) in percepts(tick, tick as u32).iter().enumerate() {
-        recorder.hand_out(index, percept);
-    }
+    recorder.hand_out(&[0, 1], &percepts(tick, tick as u32));
     recorder.ring();
+    recorder.digest();
 }
 
 /// One exchange in which both robots answer, changed by `change`.
