@@ -50,17 +50,14 @@ impl Delaunay {
     /// The triangulation of those `points` that are `counted`; the others have no neighbors.
     pub(crate) fn of(points: &[ArenaPoint], counted: &[bool]) -> Self {
         // Sorted, equal points stand together. They become one site.
-        let mut sorted: Vec<(ArenaPoint, usize)> = points.iter().copied().zip(0..).collect();
+        let mut sorted: Vec<(Point2<f64>, usize)> = points.iter().map(placed).zip(0..).collect();
         sorted.retain(|&(_, index)| counted[index]);
         sorted.sort_unstable_by(|(a, a_index), (b, b_index)| {
             a.x.total_cmp(&b.x).then_with(|| a.y.total_cmp(&b.y)).then(a_index.cmp(b_index))
         });
-        let spots: Vec<&[(ArenaPoint, usize)]> = sorted.chunk_by(|(a, _), (b, _)| a == b).collect();
-        let sites = spots
-            .iter()
-            .enumerate()
-            .map(|(index, spot)| Site { position: placed(&spot[0].0), index })
-            .collect();
+        let spots: Vec<&[(Point2<f64>, usize)]> = sorted.chunk_by(|(a, _), (b, _)| a == b).collect();
+        let sites =
+            spots.iter().enumerate().map(|(index, spot)| Site { position: spot[0].0, index }).collect();
         let triangulation = DelaunayTriangulation::<Site>::bulk_load_stable(sites)
             .expect("positions are finite, and underflow is mitigated");
 
@@ -146,9 +143,11 @@ impl Mesh {
     }
 }
 
-/// spade refuses coordinates so small that its predicates would underflow.
+/// spade refuses coordinates so small that its predicates would underflow. The two zeros become one, so that equal
+/// points stand together when they are sorted.
 fn placed(point: &ArenaPoint) -> Point2<f64> {
-    spade::mitigate_underflow(Point2::new(point.x, point.y))
+    let Point2 { x, y } = spade::mitigate_underflow(Point2::new(point.x, point.y));
+    Point2::new(x + 0.0, y + 0.0)
 }
 
 #[cfg(test)]
@@ -181,6 +180,16 @@ mod tests {
         let mesh = Delaunay::of(&spots, &[true; 4]).mesh.unwrap();
         let mirrored: Vec<_> = spots.iter().map(|spot| ArenaPoint::new(-spot.x, spot.y)).collect();
         assert!(!mesh.stands(&mirrored));
+    }
+
+    #[test]
+    fn points_that_differ_by_less_than_spade_sees_are_on_one_spot() {
+        for zero in [-0.0, 1e-300] {
+            let spots = points(&[(zero, 0.0), (zero, 0.5), (0.0, 0.0), (1.0, 1.0)]);
+            let neighbors = Delaunay::of(&spots, &[true; 4]).into_neighbors();
+            let of_each: Vec<_> = (0..4).map(|index| neighbors[index].to_vec()).collect();
+            assert_eq!(of_each, [vec![1, 2, 3], vec![0, 2, 3], vec![0, 1, 3], vec![0, 1, 2]], "{zero:e}");
+        }
     }
 
     proptest! {
