@@ -7,7 +7,6 @@
 
 use std::{
     fmt, mem,
-    ops::RangeInclusive,
     time::{Duration, Instant, SystemTime},
 };
 
@@ -32,9 +31,9 @@ use super::{
 };
 use crate::{process::Process, trace::Tracer};
 
-/// Cycles of a robot that are kept until they go into its tallies at once: the more they are, the less its tallies
-/// cost to fetch, and the more the journal does.
-const ROUNDS: RangeInclusive<usize> = 32..=256;
+/// Cycles of a robot that go into its tallies at once, at least, if there are so many robots: the more they are, the
+/// less its tallies cost to fetch, and the more the journal does.
+const ROUNDS_MIN: usize = 32;
 /// Cycles of all robots that are kept, as long as each robot keeps its least.
 const CYCLES_KEPT: usize = 16_000;
 /// In real time an agent may answer a percept that is not the newest. One that is older than these has no part in
@@ -108,7 +107,7 @@ impl Recorder {
     /// For so many robots.
     pub fn new(robots: usize, mode: Mode) -> Self {
         let clock = Clock::of_this_machine();
-        let rounds = rounds_kept(robots);
+        let rounds = robots.div_ceil(robots_at_once(robots));
         Self {
             mode,
             clock,
@@ -229,9 +228,11 @@ impl Recorder {
     pub fn digest(&mut self) {
         let (robots, rounds) = (self.robots.len(), self.journal.rounds());
         let whole = rounds.saturating_sub(self.percepts());
-        // So many that everybody's turn comes within so many rounds.
-        let within = if self.is_urgent() { *ROUNDS.start() } else { rounds_kept(robots) };
-        let some = if self.digested < rounds { robots.div_ceil(within) } else { 0 };
+        let some = match (self.digested < rounds, self.is_urgent()) {
+            (false, _) => 0,
+            (true, false) => robots_at_once(robots),
+            (true, true) => robots.div_ceil(ROUNDS_MIN),
+        };
         for index in self.next..self.next + some {
             self.work_in(index % robots, whole);
         }
@@ -325,9 +326,9 @@ impl Recorder {
     }
 }
 
-/// Rounds within which everybody's turn comes.
-fn rounds_kept(robots: usize) -> usize {
-    (CYCLES_KEPT / robots).clamp(*ROUNDS.start(), *ROUNDS.end())
+/// Robots whose turn comes in one round; one if there are few.
+fn robots_at_once(robots: usize) -> usize {
+    robots.div_ceil((CYCLES_KEPT / robots).max(ROUNDS_MIN))
 }
 
 /// Stamps that contradict each other.
