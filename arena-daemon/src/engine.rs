@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use arena::{
     Arena,
-    metrics::estimated_errors,
+    metrics::EstimatedErrors,
     recovery::{Recovered, Recovery},
     scenario::Scenario,
 };
@@ -18,7 +18,7 @@ use crate::{
     pace::{Lag, Overload, Pace},
     profile::Totals,
     progress::{Audience, Progress, Status},
-    squad::{Answers, Squad, SquadError},
+    squad::{Answers, Squad, SquadError, Standing},
     stop::StopFlag,
     summary::{Delivered, Ending, Fault, Summary, TickTimes},
 };
@@ -195,7 +195,7 @@ impl Run<'_> {
             self.outputs.sample(status, &self.arena.metrics(&self.answers))?;
         }
         if self.scenario.poses_every_ticks().is_some_and(due) {
-            self.outputs.poses(status, self.arena.poses(), &self.answers)?;
+            self.outputs.poses(status, self.arena, &self.answers)?;
         }
         Ok(())
     }
@@ -219,28 +219,35 @@ impl Run<'_> {
     }
 
     fn status(&self) -> Status {
-        let (mean_error_m, _) = estimated_errors(&self.answers);
         Status {
             tick: self.arena.current_tick(),
             ticks: self.scenario.ticks(),
             time_s: self.arena.time_s(),
-            mean_error_m,
-            alive: self.answers.iter().flatten().count(),
+            errors: EstimatedErrors::of(&self.answers),
+            present: self.answers.iter().flatten().count(),
         }
     }
 
     /// Notes convergence; says how the run ends if it ends with this tick.
     fn ending(&mut self, status: &Status) -> Option<Ending> {
-        let convergence = &self.scenario.convergence;
-        let close = status.alive > 0 && status.mean_error_m < convergence.tolerance_m.get();
-        if close && self.squad.has_estimates() && self.arena.everyone_has_a_cell(&self.answers) {
-            self.converged_at_s.get_or_insert(status.time_s);
+        if self.converged_at_s.is_none() && self.is_converged(status) {
+            self.converged_at_s = Some(status.time_s);
         }
         match self.converged_at_s {
-            Some(_) if convergence.stop => Some(Ending::Converged),
+            Some(_) if self.scenario.convergence.stop => Some(Ending::Converged),
             _ if status.tick == status.ticks => Some(Ending::Finished),
             _ => None,
         }
+    }
+
+    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may be
+    /// silent: of them nothing is known.
+    fn is_converged(&self, status: &Status) -> bool {
+        let is_close = |mean_m| mean_m < self.scenario.convergence.tolerance_m.get();
+        let takes_part = |standing: &Standing| standing.alive && !standing.paused;
+        status.errors.are_of_everyone()
+            && status.errors.mean_m.is_some_and(is_close)
+            && self.squad.standings().iter().filter(|standing| takes_part(standing)).count() == status.present
     }
 
     fn faults(&self) -> Vec<Fault> {
@@ -275,7 +282,7 @@ impl Run<'_> {
             virtual_time_s,
             wall_time_s,
             start_up_s: start_up.as_secs_f64(),
-            real_time_factor: virtual_time_s / wall_time_s,
+            real_time_factor: (wall_time_s > 0.0).then(|| virtual_time_s / wall_time_s),
             digest: self.arena.digest(),
             converged_at_s: self.converged_at_s,
             end: self.arena.metrics(&self.answers),

@@ -13,7 +13,7 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use arena::{Arena, frame::Pose, metrics::Metrics, scenario::Scenario};
+use arena::{Arena, metrics::Metrics, scenario::Scenario};
 use protocol::command::Command;
 use serde::Serialize;
 
@@ -66,11 +66,12 @@ const LEDGER_COLUMNS: [&str; 10] = [
 struct PoseRow {
     tick: u64,
     time_s: f64,
-    robot: usize,
+    robot: u32,
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
     alive: bool,
+    paused: bool,
 }
 
 /// Makes the folder, and refuses one that already holds a run, so that nothing is overwritten.
@@ -112,22 +113,23 @@ impl Outputs {
     }
 
     /// One more row of `poses.csv` for every robot, if the scenario asks for it. Who has not answered is not
-    /// alive.
+    /// alive, unless the plan has paused it.
     pub fn poses(
         &mut self,
         status: &Status,
-        poses: &[Pose],
+        arena: &Arena,
         answers: &[Option<Command>],
     ) -> anyhow::Result<()> {
         let Some(rows) = self.kept.as_mut().and_then(|kept| kept.poses.as_mut()) else { return Ok(()) };
-        rows.add(poses.iter().zip(answers).enumerate().map(|(robot, (pose, answer))| PoseRow {
+        rows.add((0..).zip(arena.poses()).zip(answers).map(|((robot, pose), answer)| PoseRow {
             tick: status.tick,
             time_s: status.time_s,
             robot,
             x_m: pose.position.x,
             y_m: pose.position.y,
             heading_rad: pose.heading,
-            alive: answer.is_some(),
+            alive: answer.is_some() || arena.is_paused(robot),
+            paused: arena.is_paused(robot),
         }))
     }
 
@@ -207,16 +209,20 @@ fn ledger(path: &Path, summary: &Summary) -> anyhow::Result<()> {
 struct MetricsRow {
     tick: u64,
     time_s: f64,
-    mean_error_m: f64,
-    max_error_m: f64,
-    mean_true_error_m: f64,
-    cost_h: f64,
-    cell_agreement: f64,
+    mean_error_m: Option<f64>,
+    max_error_m: Option<f64>,
+    robots_without_error: u32,
+    robots_with_open_cell: u32,
+    mean_true_error_m: Option<f64>,
+    robots_without_mass: u32,
+    cost_h: Option<f64>,
+    cell_agreement: Option<f64>,
     hearing_components: usize,
-    staleness_s: f64,
+    staleness_s: Option<f64>,
     mean_lamp_distance_m: Option<f64>,
     mean_peak_distance_m: Option<f64>,
     robots_alive: u32,
+    robots_paused: u32,
     packets_sent: u64,
     packets_heard: u64,
     packets_in_range: u64,
@@ -240,7 +246,10 @@ impl MetricsRow {
             time_s: status.time_s,
             mean_error_m: metrics.mean_error_m,
             max_error_m: metrics.max_error_m,
+            robots_without_error: metrics.robots_without_error,
+            robots_with_open_cell: metrics.robots_with_open_cell,
             mean_true_error_m: metrics.mean_true_error_m,
+            robots_without_mass: metrics.robots_without_mass,
             cost_h: metrics.cost_h,
             cell_agreement: metrics.cell_agreement,
             hearing_components: metrics.hearing_components,
@@ -248,6 +257,7 @@ impl MetricsRow {
             mean_lamp_distance_m: metrics.mean_lamp_distance_m,
             mean_peak_distance_m: metrics.mean_peak_distance_m,
             robots_alive: metrics.robots_alive,
+            robots_paused: metrics.robots_paused,
             packets_sent: packets.sent,
             packets_heard: packets.heard,
             packets_in_range: packets.in_range,

@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use arena::metrics::EstimatedErrors;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use logbook::{Format, Settings, Sink};
 use protocol::control::Event;
@@ -30,10 +31,10 @@ pub struct Status {
     pub ticks: u64,
     /// Virtual time reached.
     pub time_s: f64,
-    /// Mean ‖ê‖.
-    pub mean_error_m: f64,
+    /// The errors that robots estimate.
+    pub errors: EstimatedErrors,
     /// Robots that take part.
-    pub alive: usize,
+    pub present: usize,
 }
 
 /// Who is to see how a run goes on.
@@ -87,15 +88,15 @@ impl Progress {
     }
 }
 
-/// Virtual time, speed, mean estimated error and robots alive; beside the bar it fits 80 columns.
+/// Virtual time, speed, mean estimated error and robots that take part; beside the bar it fits 80 columns.
 fn text(status: &Status, wall_s: f64) -> String {
+    let error = status.errors.mean_m.map_or("-".into(), |mean_m| format!("{mean_m:.2e} m"));
     format!(
-        "{:.1} s, {:.0} ticks/s, {:.1}x real time, ê {:.2e} m, {} alive",
+        "{:.1} s, {:.0} ticks/s, {:.1}x real time, ê {error}, {} robots",
         status.time_s,
         status.tick as f64 / wall_s,
         status.time_s / wall_s,
-        status.mean_error_m,
-        status.alive,
+        status.present,
     )
 }
 

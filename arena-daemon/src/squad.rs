@@ -53,11 +53,6 @@ pub trait Squad {
         Ok(())
     }
 
-    /// Whether every robot that takes part has answered a percept: before that, errors mean nothing.
-    fn has_estimates(&self) -> bool {
-        true
-    }
-
     /// What its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
     fn profile(&mut self) -> Option<Profile> {
         None
@@ -91,8 +86,10 @@ pub struct Standing {
     pub id: RobotId,
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
-    /// Whether its agent takes part: it is neither left out, nor killed or paused by the plan.
+    /// Whether it is neither left out nor killed by the plan.
     pub alive: bool,
+    /// Whether the plan has paused it.
+    pub paused: bool,
     /// Commands that were refused.
     pub refused: u64,
 }

@@ -41,11 +41,12 @@ pub struct TickTimes {
 }
 
 impl TickTimes {
-    /// From a histogram of nanoseconds.
-    pub fn of(nanoseconds: &Histogram<u64>) -> Self {
+    /// From a histogram of nanoseconds; `None` from an empty one.
+    pub fn of(nanoseconds: &Histogram<u64>) -> Option<Self> {
         let us = |ns: u64| ns as f64 / 1e3;
         let at = |quantile| us(nanoseconds.value_at_quantile(quantile));
-        Self { p50: at(0.5), p90: at(0.9), p99: at(0.99), max: us(nanoseconds.max()) }
+        let times = || Self { p50: at(0.5), p90: at(0.9), p99: at(0.99), max: us(nanoseconds.max()) };
+        (!nanoseconds.is_empty()).then(times)
     }
 }
 
@@ -132,11 +133,11 @@ pub struct Summary {
     pub wall_time_s: f64,
     /// Seconds until all robots were there.
     pub start_up_s: f64,
-    /// Virtual over wall time.
-    pub real_time_factor: f64,
+    /// Virtual over wall time; `null` if no time has passed.
+    pub real_time_factor: Option<f64>,
     /// Hash over all ticks: equal digests, equal runs.
     pub digest: String,
-    /// First time the mean ‖ê‖ was below the scenario's tolerance.
+    /// First time the mean ‖ê‖ was below the scenario's tolerance, every robot that took part having one.
     pub converged_at_s: Option<f64>,
     /// Commands refused over all robots.
     pub commands_refused: u64,
@@ -149,8 +150,8 @@ pub struct Summary {
     pub faults: Vec<Fault>,
     /// Unplanned events.
     pub incidents: Vec<Incident>,
-    /// Wall time of a tick.
-    pub tick_us: TickTimes,
+    /// Wall time of a tick; `null` if none has passed.
+    pub tick_us: Option<TickTimes>,
     /// In real time, how it went with the wall clock; else `null`.
     pub lag: Option<Lag>,
     /// What the agents took; `null` if nobody measured, as in process.

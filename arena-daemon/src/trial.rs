@@ -6,7 +6,7 @@
 use anyhow::Context;
 use arena::{
     Arena,
-    metrics::{Metrics, estimated_errors},
+    metrics::{EstimatedErrors, Metrics},
     scenario::Scenario,
 };
 use protocol::{command::Command, setup::Mode};
@@ -39,9 +39,9 @@ pub struct Record {
     pub ticks: u64,
     /// The same in seconds.
     pub virtual_time_s: f64,
-    /// When the mean ‖ê‖ fell below each tolerance.
+    /// When the mean ‖ê‖ fell below each tolerance, every robot that took part having one.
     pub mean_below_s: FirstBelow,
-    /// When the largest ‖ê‖ fell below each tolerance.
+    /// When the largest ‖ê‖ fell below each tolerance, likewise.
     pub max_below_s: FirstBelow,
     /// The swarm at the end.
     pub end: Metrics,
@@ -55,15 +55,15 @@ pub struct Record {
     pub squad_is_whole: bool,
 }
 
-/// Estimated errors of the robots alive at one time.
+/// Estimated errors of the robots that had one at some time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Virtual time, seconds.
     pub time_s: f64,
-    /// Mean ‖ê‖, meters.
-    pub mean_m: f64,
-    /// Largest ‖ê‖, meters.
-    pub max_m: f64,
+    /// Mean ‖ê‖, meters; `None` if no robot had one.
+    pub mean_m: Option<f64>,
+    /// Largest ‖ê‖, meters; likewise.
+    pub max_m: Option<f64>,
 }
 
 /// Where one robot began and ended, in meters.
@@ -73,7 +73,7 @@ pub struct Place {
     pub start_m: [f64; 2],
     /// After the last.
     pub end_m: [f64; 2],
-    /// Whether its agent took part to the end.
+    /// Whether it was neither killed nor left out.
     pub alive: bool,
 }
 
@@ -125,7 +125,7 @@ pub fn play(
 }
 
 fn is_fresh(standing: &Standing) -> bool {
-    standing.alive && standing.id.incarnation == 0
+    standing.alive && !standing.paused && standing.id.incarnation == 0
 }
 
 /// Looks at a trial while it goes on.
@@ -147,22 +147,13 @@ impl Watch {
     }
 
     fn look(&mut self, arena: &Arena, answers: &[Option<Command>]) {
-        let (mean_m, max_m) = estimated_errors(answers);
+        let errors = EstimatedErrors::of(answers);
+        let EstimatedErrors { mean_m, max_m, .. } = errors;
         let time_s = arena.time_s();
         if arena.current_tick().is_multiple_of(self.every_ticks) {
             self.errors.push(Errors { time_s, mean_m, max_m });
         }
-        // The mean is never above the largest, so its first time tells whether there is anything to note.
-        let news = |first: &FirstBelow, error_m: f64| {
-            first
-                .iter()
-                .zip(TOLERANCES_M)
-                .any(|(first, tolerance_m)| first.is_none() && error_m < tolerance_m)
-        };
-        if (news(&self.mean_below_s, mean_m) || news(&self.max_below_s, max_m))
-            && answers.iter().any(Option::is_some)
-            && arena.everyone_has_a_cell(answers)
-        {
+        if let (true, Some(mean_m), Some(max_m)) = (errors.are_of_everyone(), mean_m, max_m) {
             note(&mut self.mean_below_s, mean_m, time_s);
             note(&mut self.max_below_s, max_m, time_s);
         }

@@ -159,12 +159,9 @@ impl Arena {
         self.observer().disturbance(self.world.poses(), answers)
     }
 
-    /// Whether every robot that answered knows of a wall or of another robot. One that knows of nothing
-    /// has no cell, stays where it is and counts with ê = 0: that is no convergence.
-    pub fn everyone_has_a_cell(&self, answers: &[Option<Command>]) -> bool {
-        let walls = self.scenario.arena.boundary_sensing;
-        let knows = |robot: usize| walls || self.hearing.known_to(robot).next().is_some();
-        answers.iter().enumerate().all(|(robot, answer)| answer.is_none() || knows(robot))
+    /// Whether the fault plan has paused `robot`.
+    pub fn is_paused(&self, robot: u32) -> bool {
+        self.plan.is_paused(robot)
     }
 
     /// The tick whose percepts stand; 0 before the first.
@@ -218,7 +215,9 @@ impl Arena {
     }
 
     fn observer(&self) -> Observer<'_> {
-        Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m() }
+        let paused =
+            (0..).zip(&self.percepts).filter(|&(robot, _)| self.plan.is_paused(robot)).count() as u32;
+        Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m(), paused }
     }
 
     fn size_m(&self) -> [f64; 2] {

@@ -180,6 +180,11 @@ impl FaultPlan {
         self.fates[robot as usize].presence == Presence::Up
     }
 
+    /// Whether the plan has paused this robot's agent.
+    pub fn is_paused(&self, robot: u32) -> bool {
+        matches!(self.fates[robot as usize].presence, Presence::Paused { .. })
+    }
+
     /// Whether no fault is at work just now.
     pub fn is_idle(&self) -> bool {
         self.faults.iter().all(|fault| fault.state != State::Active)

@@ -63,6 +63,20 @@ impl Field {
         Light { value: sensory_field::value(seen, here), stimulus }
     }
 
+    /// The highest value of φ among the nodes of a grid over the arena and the peaks of all terms.
+    pub fn highest(&self, size_m: [f64; 2]) -> f64 {
+        /// Nodes along a side.
+        const NODES: u32 = 65;
+        let along = |node: u32, side_m: f64| f64::from(node) / f64::from(NODES - 1) * side_m;
+        let nodes = (0..NODES).flat_map(|x| (0..NODES).map(move |y| (x, y)));
+        let grid = nodes.map(|(x, y)| ArenaPoint::new(along(x, size_m[0]), along(y, size_m[1])));
+        let inside =
+            |peak: ArenaPoint| ArenaPoint::new(peak.x.clamp(0.0, size_m[0]), peak.y.clamp(0.0, size_m[1]));
+        let peaks = self.peaks().chain(self.lamps()).map(inside);
+        let value = |at| sensory_field::value(&self.seen_from(&Pose::unturned(at)), Vector2::zeros());
+        grid.chain(peaks).map(value).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Where Gaussians have their peaks.
     pub fn peaks(&self) -> impl Iterator<Item = ArenaPoint> {
         self.spec.gaussian.iter().map(|peak| ArenaPoint::from(peak.center_m.get()))

@@ -48,14 +48,13 @@ impl Hearing {
         self.tables[robot].iter().map(|neighbor| neighbor.delivery.packet.sender.index as usize)
     }
 
-    /// Mean age in ticks of what the robots among `robots` know of each other; 0 if they know
-    /// nobody.
-    pub fn staleness_ticks(&self, robots: &[usize]) -> f64 {
+    /// Mean age in ticks of what `robots` know of others; `None` if they know nobody.
+    pub fn staleness_ticks(&self, robots: &[usize]) -> Option<f64> {
         let entries = robots.iter().flat_map(|&robot| self.tables[robot].iter());
         let (count, ages) = entries.fold((0_u64, 0_u64), |(count, ages), neighbor| {
             (count + 1, ages + self.tick.saturating_sub(neighbor.heard))
         });
-        ages as f64 / count.max(1) as f64
+        (count > 0).then(|| ages as f64 / count as f64)
     }
 
     /// How often a table was full of nearer neighbors, in the present lives of all robots.
@@ -127,8 +126,9 @@ mod tests {
         let mut hearing = Hearing::new(2, 4);
         hearing.record(RobotId::first(0), &percept(0, &[1]));
         hearing.record(RobotId::first(0), &percept(2, &[]));
-        assert_eq!(hearing.staleness_ticks(&[0, 1]), 2.0);
+        assert_eq!(hearing.staleness_ticks(&[0, 1]), Some(2.0));
         hearing.record(RobotId::first(0).reborn(), &percept(3, &[]));
         assert_eq!(hearing.known_to(0).count(), 0);
+        assert_eq!(hearing.staleness_ticks(&[0, 1]), None, "what nobody knows has no age");
     }
 }

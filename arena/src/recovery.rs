@@ -3,7 +3,8 @@
 //! A quantity (mean ‖ê‖, or the coverage cost H) is back at the beginning of the first
 //! `SPAN_CYCLES` neighbor cycles after the fault whose mean is at most 10 % above the mean of as
 //! many cycles before it. So noise is no excursion, and what is felt only after some cycles (silence
-//! takes time to be noticed) is not missed. While a fault lasts it is not recovered from.
+//! takes time to be noticed) is not missed. While a fault lasts it is not recovered from, and neither is it
+//! as long as the quantity has no value: nobody is left, or nobody has a cell.
 
 use std::collections::VecDeque;
 
@@ -19,8 +20,8 @@ const BAND: f64 = 0.1;
 /// Below this nothing is an excursion: rounding, in meters or in units of H.
 const NOTHING: f64 = 1e-9;
 
-/// What a fault can be felt in: mean ‖ê‖ and H.
-pub type Disturbance = [f64; 2];
+/// What a fault can be felt in: mean ‖ê‖ and H; `None` where nobody is left who has one.
+pub type Disturbance = [Option<f64>; 2];
 
 /// When a fault was no longer felt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -45,7 +46,7 @@ pub struct Recovery {
 struct Watch {
     begins: Tick,
     ends: Tick,
-    /// Means before it began.
+    /// Means before it began; `None` until it begins.
     before: Option<Disturbance>,
     back_since: [Option<Tick>; 2],
 }
@@ -77,17 +78,16 @@ impl Recovery {
 
     /// Notes what is felt at a tick at which a neighbor cycle began.
     pub fn observe(&mut self, tick: Tick, felt: Disturbance) {
-        let before = self.mean();
+        let before = self.means();
         for watch in self.faults.iter_mut().filter(|watch| watch.begins <= tick) {
-            // What nothing was known of before cannot be recovered; NaN is never reached.
-            watch.before.get_or_insert(before.unwrap_or([f64::NAN; 2]));
+            watch.before.get_or_insert(before);
         }
         if self.span.len() == SPAN_CYCLES {
             self.span.pop_front();
         }
         self.span.push_back((tick, felt));
-        let (Some(now), Some(&(since, _))) = (self.mean(), self.span.front()) else { return };
-        let whole = self.span.len() == SPAN_CYCLES;
+        let (now, whole) = (self.means(), self.span.len() == SPAN_CYCLES);
+        let Some(&(since, _)) = self.span.front() else { return };
         for watch in self.faults.iter_mut().filter(|watch| whole && watch.ends <= since) {
             watch.look(since, now);
         }
@@ -101,10 +101,11 @@ impl Recovery {
         })
     }
 
-    fn mean(&self) -> Option<Disturbance> {
+    /// The means over the span; `None` for what has had no value at some time in it.
+    fn means(&self) -> Disturbance {
         let count = self.span.len();
-        let sum = |which: usize| self.span.iter().map(|(_, felt)| felt[which]).sum::<f64>();
-        (count > 0).then(|| [sum(0) / count as f64, sum(1) / count as f64])
+        let sum = |which: usize| self.span.iter().map(|(_, felt)| felt[which]).sum::<Option<f64>>();
+        [0, 1].map(|which| sum(which).filter(|_| count > 0).map(|sum| sum / count as f64))
     }
 }
 
@@ -116,9 +117,11 @@ impl Watch {
     /// Is a span that began at `since`, after the fault, back where things were before it?
     fn look(&mut self, since: Tick, now: Disturbance) {
         let Some(before) = self.before else { return };
-        for (which, back_since) in self.back_since.iter_mut().enumerate() {
+        for ((back_since, before), now) in self.back_since.iter_mut().zip(before).zip(now) {
+            // What had no value before cannot be recovered.
+            let (Some(before), Some(now)) = (before, now) else { continue };
             // H is negative where φ is.
-            if now[which] <= before[which] + (before[which].abs() * BAND).max(NOTHING) {
+            if now <= before + (before.abs() * BAND).max(NOTHING) {
                 back_since.get_or_insert(since);
             }
         }
@@ -139,9 +142,14 @@ mod tests {
 
     /// Feeds a mean error per tick; H stays as it is.
     fn fed(faults: &str, error: impl Fn(Tick) -> f64) -> Vec<Option<Tick>> {
+        fed_perhaps(faults, |tick| Some(error(tick)))
+    }
+
+    /// The same with an error that may have no value.
+    fn fed_perhaps(faults: &str, error: impl Fn(Tick) -> Option<f64>) -> Vec<Option<Tick>> {
         let mut recovery = watched(faults);
         for tick in (0..1000).filter(|&tick| recovery.wants(tick)).collect::<Vec<_>>() {
-            recovery.observe(tick, [error(tick), 5.0]);
+            recovery.observe(tick, [error(tick), Some(5.0)]);
         }
         recovery.recovered().map(|recovered| recovered.mean_error_ticks).collect()
     }
@@ -168,8 +176,15 @@ mod tests {
     }
 
     #[test]
-    fn a_swarm_of_which_nobody_is_left_has_not_recovered() {
-        assert_eq!(fed(KILL, |tick| if tick >= 500 { f64::NAN } else { 1.0 }), [None]);
+    fn a_swarm_in_which_nobody_has_a_cell_has_not_recovered() {
+        assert_eq!(fed_perhaps(KILL, |tick| (tick < 500).then_some(1.0)), [None]);
+        let lost_for_a_while = |tick| (!(500..600).contains(&tick)).then_some(1.0);
+        assert_eq!(fed_perhaps(KILL, lost_for_a_while), [Some(100)], "it waits until somebody has one");
+    }
+
+    #[test]
+    fn what_had_no_value_before_a_fault_is_not_recovered() {
+        assert_eq!(fed_perhaps(KILL, |tick| (tick >= 500).then_some(0.0)), [None]);
     }
 
     #[test]

@@ -36,7 +36,11 @@ fn packet(robot: u32) -> Packet {
 
 /// A command to go nowhere and to say who one is.
 fn still(robot: u32) -> Option<Command> {
-    Some(Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet: packet(robot) })
+    Some(Command {
+        estimated_error: Some(BodyVector::HERE),
+        velocity: BodyVector::HERE,
+        packet: packet(robot),
+    })
 }
 
 fn everyone() -> Vec<Option<Command>> {

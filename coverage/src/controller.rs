@@ -32,7 +32,7 @@ impl Controller {
 
     /// The command of a robot that has sensed nothing yet: stand still and be heard.
     pub fn boot(&mut self) -> Command {
-        Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
+        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
     }
 
     /// Takes in what was heard before the percept that will be answered: in real time more than one may come
@@ -43,7 +43,7 @@ impl Controller {
 
     /// One cycle: hear, build the local cell, find its estimated centroid, head for it (eq. 8).
     ///
-    /// The robot stays where it is if it has no cell, or if its cell has no positive mass.
+    /// The robot stays where it is, and estimates no error, if it has no cell, or if its cell has no positive mass.
     pub fn step(&mut self, percept: &Percept) -> Command {
         self.step_watched(percept, &mut ())
     }
@@ -57,8 +57,8 @@ impl Controller {
         watcher.passed(Stage::Cell);
         let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, watcher);
         watcher.passed(Stage::Centroid);
-        let goal = goal.unwrap_or(BodyVector::HERE);
-        Command { goal, velocity: self.velocity(goal), packet: self.next_packet(percept.light.value) }
+        let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
+        Command { estimated_error: goal, velocity, packet: self.next_packet(percept.light.value) }
     }
 
     /// What was heard and turned away so far.
@@ -161,33 +161,44 @@ mod tests {
         Controller::new(RobotId::first(0), setup).step(percept)
     }
 
-    #[test]
-    fn a_robot_that_hears_nobody_stays() {
-        assert_eq!(step(setup(), &percept(1.0, &[])).goal, BodyVector::HERE);
+    /// Where a robot heads that has a goal.
+    fn goal_of(setup: ControllerSetup, percept: &Percept) -> BodyVector {
+        step(setup, percept).estimated_error.expect("it has a cell with mass")
+    }
+
+    /// Stands still, and does not claim to be where it should be.
+    fn assert_lost(command: Command) {
+        assert_eq!((command.estimated_error, command.velocity), (None, BodyVector::HERE));
     }
 
     #[test]
-    fn a_robot_in_the_dark_stays() {
-        assert_eq!(step(setup(), &percept(0.0, &[(0.4, 0.0)])).goal, BodyVector::HERE);
+    fn a_robot_that_hears_nobody_stays_and_estimates_no_error() {
+        assert_lost(step(setup(), &percept(1.0, &[])));
+        assert_lost(Controller::new(RobotId::first(0), setup()).boot());
     }
 
     #[test]
-    fn a_robot_whose_estimate_is_negative_everywhere_stays() {
-        assert_eq!(step(setup(), &percept(-1.0, &[(0.4, 0.0)])).goal, BodyVector::HERE);
+    fn a_robot_in_the_dark_stays_and_estimates_no_error() {
+        assert_lost(step(setup(), &percept(0.0, &[(0.4, 0.0)])));
+    }
+
+    #[test]
+    fn a_robot_whose_estimate_is_negative_everywhere_stays_and_estimates_no_error() {
+        assert_lost(step(setup(), &percept(-1.0, &[(0.4, 0.0)])));
     }
 
     #[test]
     fn a_neighbor_on_the_very_spot_is_ignored() {
-        let alone = step(setup(), &percept(1.0, &[(0.4, 0.0)]));
-        assert_eq!(step(setup(), &percept(1.0, &[(0.4, 0.0), (1e-10, 2.0)])).goal, alone.goal);
+        let alone = goal_of(setup(), &percept(1.0, &[(0.4, 0.0)]));
+        assert_eq!(goal_of(setup(), &percept(1.0, &[(0.4, 0.0), (1e-10, 2.0)])), alone);
     }
 
     #[test]
     fn a_single_neighbor_ahead_pushes_the_robot_back() {
-        let command = step(setup(), &percept(1.0, &[(0.1, 0.0)]));
+        let goal = goal_of(setup(), &percept(1.0, &[(0.1, 0.0)]));
         // The triangle's center lies a third of its height behind the bisector.
-        assert!((command.goal.0.x - (0.05 - 0.2)).abs() < 1e-15);
-        assert!(command.goal.0.y.abs() < 1e-15);
+        assert!((goal.0.x - (0.05 - 0.2)).abs() < 1e-15);
+        assert!(goal.0.y.abs() < 1e-15);
     }
 
     #[test]
@@ -195,7 +206,7 @@ mod tests {
         let fast = ControllerSetup { gain_per_s: 10.0, ..setup() };
         let command = step(fast, &percept(1.0, &[(0.1, 0.0)]));
         assert!((command.velocity.length() - 0.3).abs() < 1e-15);
-        assert!((command.goal.length() - 0.15).abs() < 1e-15);
+        assert!((command.estimated_error.unwrap().length() - 0.15).abs() < 1e-15);
     }
 
     #[test]
@@ -204,7 +215,7 @@ mod tests {
         let wall = |distance, bearing| Wall { distance: meters(distance), bearing: radians(bearing) };
         percept.walls.extend([wall(0.75, 0.0), wall(0.5, FRAC_PI_2)]);
         percept.walls.extend([wall(0.25, PI), wall(0.5, -FRAC_PI_2)]);
-        let goal = step(setup(), &percept).goal;
+        let goal = goal_of(setup(), &percept);
         assert!((goal.0.x - 0.25).abs() < 1e-15 && goal.0.y.abs() < 1e-15);
     }
 
@@ -212,10 +223,7 @@ mod tests {
     fn the_uniform_law_ignores_the_light() {
         let uniform = ControllerSetup { law: Law::Uniform, ..setup() };
         let neighbors = [(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)];
-        assert_eq!(
-            step(uniform, &percept(0.0, &neighbors)).goal,
-            step(uniform, &percept(9.0, &neighbors)).goal
-        );
+        assert_eq!(goal_of(uniform, &percept(0.0, &neighbors)), goal_of(uniform, &percept(9.0, &neighbors)));
     }
 
     #[test]
@@ -223,7 +231,7 @@ mod tests {
         let exact = ControllerSetup { law: Law::Exact, ..setup() };
         let mut percept = percept(2.0, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
         percept.field.push(protocol::percept::FieldComponent::Constant(2.0));
-        let difference = step(exact, &percept).goal.0 - step(setup(), &percept).goal.0;
+        let difference = goal_of(exact, &percept).0 - goal_of(setup(), &percept).0;
         assert!(difference.norm() < 1e-14);
     }
 
@@ -255,13 +263,13 @@ mod tests {
         };
         let percept = percept_in(&field, &[(0.4, 0.0), (0.5, 1.1), (0.6, 2.2), (0.5, 3.3), (0.4, 4.4)]);
         let mut controller = Controller::new(RobotId::first(0), quadratic());
-        let goal = controller.step(&percept).goal.0;
+        let goal = controller.step(&percept).estimated_error.unwrap().0;
         let cell = cell_of(&controller, &percept);
         let [mass, x, y] = integrate(&cell, 10.0, |q| [1.0, q.x, q.y].map(|k| k * field.at(&q)));
         let centroid = Vector2::new(x, y) / mass;
         assert!((goal - centroid).norm() < 1e-6, "off by {:e}", (goal - centroid).norm());
         assert!(
-            (step(setup(), &percept).goal.0 - centroid).norm() > 1e-3,
+            (goal_of(setup(), &percept).0 - centroid).norm() > 1e-3,
             "the linear law does not see the curvature"
         );
     }
@@ -275,8 +283,8 @@ mod tests {
         percept.walls.extend([wall(0.25, PI), wall(0.5, -FRAC_PI_2)]);
         for gradient in [GradientMode::Measured, GradientMode::Fixed(2.0)] {
             let linear = ControllerSetup { gradient, ..setup() };
-            let off = step(ControllerSetup { gradient, ..quadratic() }, &percept).goal.0
-                - step(linear, &percept).goal.0;
+            let off = goal_of(ControllerSetup { gradient, ..quadratic() }, &percept).0
+                - goal_of(linear, &percept).0;
             assert!(off.norm() < 1e-14, "{off}");
         }
     }
@@ -286,7 +294,7 @@ mod tests {
         let linear = LinearField { value: 1.0, gradient: Vector2::new(6.0, -3.0) };
         let flat = QuadraticField { linear, curvature: Matrix2::zeros() };
         let percept = percept_in(&flat, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
-        let off = step(quadratic(), &percept).goal.0 - step(setup(), &percept).goal.0;
+        let off = goal_of(quadratic(), &percept).0 - goal_of(setup(), &percept).0;
         assert!(off.norm() < 1e-6, "{off}");
     }
 
@@ -294,7 +302,7 @@ mod tests {
     fn readings_beyond_reason_leave_the_linear_goal() {
         let mut percept = percept(1.0, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
         percept.light = Light { value: f64::MAX, stimulus: Stimulus::Gradient(BodyVector::HERE) };
-        assert_eq!(step(quadratic(), &percept).goal, step(setup(), &percept).goal);
+        assert_eq!(goal_of(quadratic(), &percept), goal_of(setup(), &percept));
     }
 
     proptest! {
@@ -314,7 +322,8 @@ mod tests {
             }
             let gradient = if fixed { GradientMode::Fixed(5.0) } else { GradientMode::Measured };
             let mut controller = Controller::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
-            let goal = controller.step(&percept).goal.0;
+            // Without a goal it stays, which is in the cell.
+            let goal = controller.step(&percept).estimated_error.unwrap_or(BodyVector::HERE).0;
             prop_assert!(goal.x.is_finite() && goal.y.is_finite());
             let cell = cell_of(&controller, &percept);
             let slack = 1e-9 * reach(&cell).max(1.0);

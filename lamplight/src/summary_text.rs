@@ -27,21 +27,28 @@ pub(crate) fn lines(summary: &Value) -> String {
 }
 
 fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
-    let plain = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    let number = |key: &str| number(summary, key);
     let word = |key: &str| summary[key].as_str().unwrap_or_default();
-    writeln!(
+    let tenths = |key: &str| known(&summary[key], |number| format!("{number:.1}"));
+    write!(
         text,
-        "{}: {} after {:.1} s of virtual time in {:.1} s ({:.1}x real time), {} of {} robots alive",
+        "{}: {} after {} s of virtual time in {} s ({}x real time), {} of {} robots alive",
         word("scenario"),
         word("ended"),
-        number("virtual_time_s"),
-        number("wall_time_s"),
-        number("real_time_factor"),
+        tenths("virtual_time_s"),
+        tenths("wall_time_s"),
+        tenths("real_time_factor"),
         summary["robots_alive"],
         summary["robots"],
     )?;
-    write!(text, "mean error {:.3e} m, cost H {:.6e}", number("mean_error_m"), number("cost_h"))?;
+    if summary["robots_paused"] != 0 {
+        write!(text, ", {} of them paused", summary["robots_paused"])?;
+    }
+    writeln!(text)?;
+    write!(text, "mean error {}", known(&summary["mean_error_m"], |error_m| format!("{error_m:.3e} m")))?;
+    if summary["robots_without_error"] != 0 {
+        write!(text, " ({} robots have none: no cell, or none with mass)", summary["robots_without_error"])?;
+    }
+    write!(text, ", cost H {}", known(&summary["cost_h"], |cost| format!("{cost:.6e}")))?;
     if let Some(distance) = summary["mean_lamp_distance_m"].as_f64() {
         write!(text, ", mean distance to the lamps {distance:.3} m")?;
     }
@@ -49,6 +56,7 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
         Some(time) => writeln!(text, ", converged at {time:.2} s")?,
         None => writeln!(text, ", not converged")?,
     }
+    write_open_cells(text, &summary["robots_with_open_cell"])?;
     let packets = &summary["packets"];
     write!(text, "packets: {} sent, {} heard", packets["sent"], packets["heard"])?;
     for (key, what) in FATES {
@@ -59,10 +67,23 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
     writeln!(text)?;
     write_delivered(text, &summary["delivered"])?;
     write_ledger(text, &summary["faults"])?;
-    let tick = &summary["tick_us"];
-    writeln!(text, "tick: {:.0} us median, {:.0} us p99", plain(&tick["p50"]), plain(&tick["p99"]))?;
+    if let tick @ Value::Object(_) = &summary["tick_us"] {
+        writeln!(text, "tick: {}", median_and_p99(tick, 0))?;
+    }
     write_agents(text, &summary["agents"])?;
     writeln!(text, "digest {}", word("digest"))
+}
+
+/// Robots that head for somewhere far outside, and the keys that keep them from it.
+fn write_open_cells(text: &mut String, robots: &Value) -> fmt::Result {
+    match robots.as_u64() {
+        None | Some(0) => Ok(()),
+        Some(robots) => writeln!(
+            text,
+            "open cells: {robots} robots have goals farther away than the arena's diagonal; controller.cell_cap_m or \
+             arena.boundary_sensing = true closes their cells"
+        ),
+    }
 }
 
 /// What the agents took; nothing if nobody measured.
@@ -70,15 +91,15 @@ fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
     if agents.is_null() {
         return Ok(());
     }
-    let median = |spread: &Value| number(spread, "p50");
-    let both =
-        |spread: &Value| format!("{:.1} us median, {:.1} us p99", median(spread), number(spread, "p99"));
+    let both = |spread: &Value| median_and_p99(spread, 1);
     let stages = &agents["stages_us"];
-    write!(text, "agents: cycle {} (medians:", both(&agents["cycle_us"]))?;
-    for (at, stage) in STAGES.into_iter().enumerate() {
-        write!(text, "{} {stage} {:.2}", if at == 0 { "" } else { "," }, median(&stages[stage]))?;
+    write!(text, "agents: cycle {}", both(&agents["cycle_us"]))?;
+    let median = |stage: &&str| Some(format!("{stage} {:.2}", stages[stage]["p50"].as_f64()?));
+    let medians: Vec<String> = STAGES.iter().filter_map(median).collect();
+    match medians.is_empty() {
+        true => writeln!(text)?,
+        false => writeln!(text, " (medians: {})", medians.join(", "))?,
     }
-    writeln!(text, ")")?;
     write!(text, "agents: wake-up {}", both(&stages["wake"]))?;
     writeln!(text, "; packets {}, beyond what is modeled", both(&agents["packet_latency_us"]))?;
     if !agents["period_jitter_us"].is_null() {
@@ -136,6 +157,19 @@ fn write_ledger(text: &mut String, faults: &Value) -> fmt::Result {
         )?;
     }
     Ok(())
+}
+
+/// `505 us median, 1521 us p99` of a spread in microseconds, with so many `decimals`.
+fn median_and_p99(spread: &Value, decimals: usize) -> String {
+    match (spread["p50"].as_f64(), spread["p99"].as_f64()) {
+        (Some(p50), Some(p99)) => format!("{p50:.decimals$} us median, {p99:.decimals$} us p99"),
+        _ => "not measured".into(),
+    }
+}
+
+/// A number as `show` writes it, or that there is none.
+fn known(value: &Value, show: impl FnOnce(f64) -> String) -> String {
+    value.as_f64().map_or_else(|| "none".into(), show)
 }
 
 fn number(row: &Value, key: &str) -> f64 {

@@ -25,7 +25,7 @@ use crate::{
 /// forget everything and boot again: another trial begins.
 pub const BOOT_TICK: Tick = Tick::MAX;
 
-/// Largest component of a goal (m) or velocity (m/s) that is carried out. An honest robot stays far
+/// Largest component of an estimated error (m) or velocity (m/s) that is carried out. An honest robot stays far
 /// below: a cell that a gap just under π leaves open reaches some 1e9 m.
 const REASON: f64 = 1e12;
 
@@ -166,10 +166,10 @@ pub struct RawCommand {
     pub robot: u32,
     /// Its incarnation.
     pub incarnation: u32,
-    /// Displacement target, body frame.
-    pub goal_x_m: f64,
-    /// Displacement target, body frame.
-    pub goal_y_m: f64,
+    /// Estimated error, body frame; 0 if there is none.
+    pub error_x_m: f64,
+    /// Estimated error, body frame; 0 if there is none.
+    pub error_y_m: f64,
     /// Velocity, body frame.
     pub velocity_x_m_per_s: f64,
     /// Velocity, body frame.
@@ -178,8 +178,8 @@ pub struct RawCommand {
     pub frame: RawFrame,
     /// The agent's process, for messages about it.
     pub pid: u32,
-    /// Zero.
-    pub padding: u32,
+    /// 1 if there is an estimated error, 0 if not.
+    pub has_error: u32,
     /// How long it took.
     pub times: RawTimes,
 }
@@ -209,13 +209,16 @@ pub enum CommandError {
     /// NaN, or beyond all reason.
     #[error("its {what} is ({x}, {y}), not within ±{REASON:e}")]
     Vector {
-        /// `goal` or `velocity`.
+        /// `estimated error` or `velocity`.
         what: &'static str,
         /// x as received.
         x: f64,
         /// y as received.
         y: f64,
     },
+    /// It neither has an estimated error nor has none.
+    #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
+    Flag(u32),
     /// Its packet would not decode.
     #[error("its packet does not decode: {0}")]
     Packet(#[from] PacketError),
@@ -276,17 +279,18 @@ impl RawTimes {
 impl RawCommand {
     /// The message that carries `command` as the answer to `tick`, by an agent that measured nothing.
     pub fn new(tick: Tick, command: &Command, pid: u32) -> Self {
+        let error = command.estimated_error.unwrap_or(BodyVector::HERE);
         Self {
             tick,
             robot: command.packet.sender.index,
             incarnation: command.packet.sender.incarnation.into(),
-            goal_x_m: command.goal.0.x,
-            goal_y_m: command.goal.0.y,
+            error_x_m: error.0.x,
+            error_y_m: error.0.y,
             velocity_x_m_per_s: command.velocity.0.x,
             velocity_y_m_per_s: command.velocity.0.y,
             frame: RawFrame::of(&command.packet),
             pid,
-            padding: 0,
+            has_error: command.estimated_error.is_some().into(),
             times: RawTimes::default(),
         }
     }
@@ -308,14 +312,18 @@ impl RawCommand {
             let reasonable = x.abs() <= REASON && y.abs() <= REASON;
             reasonable.then_some(BodyVector::new(x, y)).ok_or(CommandError::Vector { what, x, y })
         };
-        let goal = vector("goal", self.goal_x_m, self.goal_y_m)?;
+        let estimated_error = match self.has_error {
+            0 => None,
+            1 => Some(vector("estimated error", self.error_x_m, self.error_y_m)?),
+            unknown => return Err(CommandError::Flag(unknown)),
+        };
         let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
         let packet = self.frame.decode()?;
         if packet.sender != expected {
             let RobotId { index, incarnation } = packet.sender;
             return Err(CommandError::Sender { expected, index, incarnation: incarnation.into() });
         }
-        Ok(Command { goal, velocity, packet })
+        Ok(Command { estimated_error, velocity, packet })
     }
 }
 
@@ -490,7 +498,7 @@ mod tests {
 
     fn command() -> Command {
         Command {
-            goal: BodyVector::new(0.1, -0.2),
+            estimated_error: Some(BodyVector::new(0.1, -0.2)),
             velocity: BodyVector::new(0.01, -0.02),
             packet: Packet { sender: ROBOT, sequence: 5, light: 3.5 },
         }
@@ -507,7 +515,18 @@ mod tests {
 
     #[test]
     fn a_command_survives_shared_memory() {
-        assert_eq!(raw().check(ROBOT, 12), Ok(command()));
+        let lost = Command { estimated_error: None, ..command() };
+        for command in [command(), lost] {
+            assert_eq!(RawCommand::new(12, &command, 4242).check(ROBOT, 12), Ok(command));
+        }
+    }
+
+    #[test]
+    fn a_command_that_neither_has_an_error_nor_has_none_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { has_error: 2, ..raw() }),
+            "its flag for an estimated error is 2, only 0 and 1 are known"
+        );
     }
 
     #[test]
@@ -613,9 +632,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, len: u8, bytes: [u8; PACKET_BYTES_MAX]) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; PACKET_BYTES_MAX]) {
             let frame = RawFrame { len, bytes };
-            let raw = RawCommand { tick, robot, incarnation, goal_x_m: x, frame, ..RawCommand::default() };
+            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, frame, ..RawCommand::default() };
             let _ = raw.check(ROBOT, 12);
         }
     }

@@ -282,7 +282,7 @@ mod tests {
 
     fn command(sequence: u32) -> Command {
         let packet = Packet { sender: RobotId::first(0), sequence, light: 0.5 };
-        Command { goal: BodyVector::new(1.0, 2.0), velocity: BodyVector::HERE, packet }
+        Command { estimated_error: Some(BodyVector::new(1.0, 2.0)), velocity: BodyVector::HERE, packet }
     }
 
     /// One with so much of everything.

@@ -26,6 +26,9 @@ use crate::{
 /// x and y, in the units of the axes.
 pub type Point = (f64, f64);
 
+/// Between two points of a line, a gap: what is on its left and on its right is not joined.
+pub const GAP: Point = (f64::NAN, f64::NAN);
+
 /// x, y, and half the length of a bar, in the units of the axes.
 pub type Spread = (f64, f64, f64);
 
@@ -282,7 +285,8 @@ impl Chart {
         Self { size: (400.0, 410.0), same_scale: true, grid: false, ..Self::panel(x, y, title) }
     }
 
-    /// A line through `points`; an empty name keeps it out of the legend.
+    /// A line through `points`, broken where one cannot be shown, as a [`GAP`]; an empty name keeps it out of the
+    /// legend.
     pub fn line(&mut self, name: &str, points: &[Point], look: Look) {
         self.stroke(points, look, 1.8, false);
         self.entry(name, Sample::Line(look));
@@ -455,13 +459,25 @@ impl Chart {
     }
 
     fn stroke(&mut self, points: &[Point], look: Look, width: f64, step: bool) {
-        let shown = self.shown(points);
-        self.note_extent(&shown, &[]);
-        let mut line = LinePlot::new().with_data(shown).with_color(look.ink.light()).with_stroke_width(width);
-        if let Some(pattern) = look.dash.pattern() {
-            line = line.with_line_style(LineStyle::Custom(pattern.into()));
-        }
-        self.plots.push(Plot::Line(if step { line.with_step() } else { line }));
+        self.note_extent(&self.shown(points), &[]);
+        let shown = points.split(|&point| !self.shows(point)).filter(|piece| !piece.is_empty());
+        let draw = |piece: &[Point]| match piece {
+            // A line through one point would not be seen.
+            &[point] => Plot::Scatter(
+                ScatterPlot::new().with_data(vec![point]).with_size(width).with_color(look.ink.light()),
+            ),
+            piece => {
+                let line = LinePlot::new().with_data(piece.to_vec());
+                let line = line.with_color(look.ink.light()).with_stroke_width(width);
+                let line = match look.dash.pattern() {
+                    Some(pattern) => line.with_line_style(LineStyle::Custom(pattern.into())),
+                    None => line,
+                };
+                Plot::Line(if step { line.with_step() } else { line })
+            }
+        };
+        let pieces: Vec<Plot> = shown.map(draw).collect();
+        self.plots.extend(pieces);
     }
 
     fn bars(&mut self, points: &[(f64, f64, f64)], look: Look) -> Plot {
@@ -485,7 +501,11 @@ impl Chart {
     }
 
     fn shown(&self, points: &[Point]) -> Vec<Point> {
-        points.iter().copied().filter(|&(x, y)| self.x.shows(x) && self.y.shows(y)).collect()
+        points.iter().copied().filter(|&point| self.shows(point)).collect()
+    }
+
+    fn shows(&self, (x, y): Point) -> bool {
+        self.x.shows(x) && self.y.shows(y)
     }
 
     fn note_extent(&mut self, points: &[Point], spans: &[(f64, f64, f64)]) {
@@ -581,5 +601,21 @@ mod tests {
         let label = svg.lines().find(|line| line.contains(">the second<")).expect("the label is drawn");
         assert!(label.contains("text-anchor=\"start\""), "{label}");
         assert!(label.contains(Ink::Vermillion.light()), "{label}");
+    }
+
+    #[test]
+    fn a_line_is_broken_at_a_gap_and_ends_at_the_last_value() {
+        let ink = Ink::Vermillion.light();
+        let drawn = |points: &[Point]| {
+            let axis = |label| Axis::new(label).range(0.0, 10.0);
+            let mut chart = Chart::new(axis("x"), axis("y"));
+            chart.line("", points, Look::nth(1));
+            chart.draw("one line").file("figure").matches(ink).count()
+        };
+        let (left, right) = ([(0.0, 1.0), (1.0, 1.0)], [(5.0, 1.0), (6.0, 1.0)]);
+        assert_eq!(drawn(&[&left[..], &right].concat()), 1, "one line");
+        assert_eq!(drawn(&[&left[..], &[GAP], &right].concat()), 2, "two pieces");
+        assert_eq!(drawn(&[&left[..], &[GAP, GAP]].concat()), 1, "nothing after the last value");
+        assert!(drawn(&[GAP, left[0], GAP]) > 0, "a single value is seen");
     }
 }

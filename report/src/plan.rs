@@ -14,8 +14,8 @@ use crate::{
 pub struct Body {
     /// Where it is, meters.
     pub at: Point,
-    /// Whether it still answers.
-    pub alive: bool,
+    /// Whether it takes part: neither down nor paused.
+    pub present: bool,
 }
 
 /// The middle of a field's peaks or lamps, or of the first peak alone: what distances are measured from.
@@ -60,9 +60,9 @@ fn draw(scenario: &Scenario, title: &str, bodies: &[Body], trajectories: &[Vec<P
         Axis::new(name).range(-margin, length + margin).ticks_every(step)
     };
     let mut chart = Chart::plan(axis("x (m)", width), axis("y (m)", height), title);
-    let (alive, down): (Vec<Body>, Vec<Body>) = bodies.iter().partition(|body| body.alive);
+    let (present, down): (Vec<Body>, Vec<Body>) = bodies.iter().partition(|body| body.present);
     if cells {
-        for cell in global_cells(&alive, size_m) {
+        for cell in global_cells(&present, size_m) {
             chart.outline(&cell, Ink::Soft, 0.9);
         }
         chart.entry("global cell", thin(Dash::Solid));
@@ -74,8 +74,8 @@ fn draw(scenario: &Scenario, title: &str, bodies: &[Body], trajectories: &[Vec<P
     }
     let at = |bodies: &[Body]| bodies.iter().map(|body| body.at).collect::<Vec<Point>>();
     let blue = Look { ink: Ink::Blue, dash: Dash::Solid, marker: MarkerShape::Circle };
-    if !alive.is_empty() {
-        chart.dots("robot", &at(&alive), blue, 3.6);
+    if !present.is_empty() {
+        chart.dots("robot", &at(&present), blue, 3.6);
     }
     if !down.is_empty() {
         let gray = Look { ink: Ink::Mark, marker: MarkerShape::Square, ..blue };
@@ -100,8 +100,8 @@ fn thin(dash: Dash) -> crate::legend::Sample {
 }
 
 /// The global cells of the robots, in the arena.
-fn global_cells(alive: &[Body], size_m: [f64; 2]) -> Vec<Vec<Point>> {
-    let sites: Vec<ArenaPoint> = alive.iter().map(|body| ArenaPoint::new(body.at.0, body.at.1)).collect();
+fn global_cells(present: &[Body], size_m: [f64; 2]) -> Vec<Vec<Point>> {
+    let sites: Vec<ArenaPoint> = present.iter().map(|body| ArenaPoint::new(body.at.0, body.at.1)).collect();
     let partition = Partition::new(sites.clone(), size_m);
     let corners = partition
         .cells()
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn the_cells_of_a_plan_tile_the_arena() {
-        let bodies = [(0.2, 0.3), (1.7, 0.4), (1.0, 0.9)].map(|at| Body { at, alive: true });
+        let bodies = [(0.2, 0.3), (1.7, 0.4), (1.0, 0.9)].map(|at| Body { at, present: true });
         let area = |cell: &Vec<Point>| {
             let next = cell.iter().cycle().skip(1);
             cell.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() / 2.0

@@ -55,8 +55,10 @@ pub struct RobotRow {
     pub robot: u32,
     /// Its life.
     pub incarnation: u16,
-    /// Whether its agent took part to the end.
+    /// Whether it was neither killed nor left out.
     pub alive: bool,
+    /// Whether the plan had paused it at the end.
+    pub paused: bool,
     /// Final position.
     pub x_m: f64,
     /// Final position.

@@ -191,7 +191,7 @@ fn a_flood_is_refused_and_drowns_nobody() {
 fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
     let nan = BodyVector::new(f64::NAN, 0.0);
     let run = run_with(&OPTIONS, |ports, tick, honest| {
-        ports.send(raw(tick, &Command { goal: nan, velocity: nan, ..*honest })).unwrap();
+        ports.send(raw(tick, &Command { estimated_error: Some(nan), velocity: nan, ..*honest })).unwrap();
         Honesty::Never
     });
     let ticks = run.number("ticks") as u64 + 1;

@@ -74,3 +74,21 @@ fn an_arena_that_is_late_says_by_how_much_and_fails_if_so_asked() {
         }
     }
 }
+
+#[test]
+fn an_arena_that_was_stopped_does_not_take_robots_that_lost_their_cells_for_converged() {
+    let options =
+        ["--mode", "realtime", "--duration", "4", "--robots", "8", "--set", "convergence.stop=true"];
+    let run = LiveRun::start("swarmbots", &options);
+    run.wait_until_moving();
+    let arena = run.arena().unwrap();
+    signal(arena, Signal::STOP);
+    thread::sleep(LONG);
+    signal(arena, Signal::CONT);
+    let (output, left) = run.finish();
+    assert!(output.status.success(), "{}", said(&output));
+    let summary = left.unwrap().summary;
+    // What it converges to takes a minute.
+    assert_eq!(summary["ended"], "finished", "{}", said(&output));
+    assert!(summary["converged_at_s"].is_null());
+}

@@ -11,7 +11,7 @@ use arena::{
 };
 use coverage::{Controller, moments::Moments};
 use nalgebra::Vector2;
-use protocol::{command::Command, robot_id::RobotId, setup::Mode};
+use protocol::{command::Command, frame::BodyVector, robot_id::RobotId, setup::Mode};
 use serde::Deserialize;
 use tests::{
     programs,
@@ -86,7 +86,9 @@ fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
     let percepts = arena.tick(&boots).expect("a cycle begins at tick 0").to_vec();
     let answers: Vec<Command> =
         minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept)).collect();
-    answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(command.goal)).collect()
+    // The references let a robot without a goal stay where it is.
+    let error = |command: &Command| command.estimated_error.unwrap_or(BodyVector::HERE);
+    answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(error(command))).collect()
 }
 
 fn with(scenario: &str, sets: &[String]) -> Scenario {

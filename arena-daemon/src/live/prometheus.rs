@@ -37,14 +37,15 @@ pub fn text(snapshot: &Snapshot) -> String {
 }
 
 fn run(text: &mut String, snapshot: &Snapshot) {
-    let mut gauge = |name, help, value: f64| begin(text, Kind::Gauge, name, help).value(&[], value);
-    gauge("lamplight_ticks_planned", "Ticks the run has in all.", snapshot.ticks as f64);
-    gauge("lamplight_mean_error_meters", "Mean estimated error of the robots.", snapshot.mean_error_m);
-    gauge(
-        "lamplight_real_time_factor",
-        "Virtual over wall time since the first tick.",
-        snapshot.real_time_factor().unwrap_or(0.0),
-    );
+    let mut gauge = |name, help, value: Option<f64>| {
+        let mut metric = begin(text, Kind::Gauge, name, help);
+        value.into_iter().for_each(|value| metric.value(&[], value));
+    };
+    gauge("lamplight_ticks_planned", "Ticks the run has in all.", Some(snapshot.ticks as f64));
+    let help = "Mean estimated error of the robots that estimate one.";
+    gauge("lamplight_mean_error_meters", help, snapshot.mean_error_m);
+    let help = "Virtual over wall time since the first tick.";
+    gauge("lamplight_real_time_factor", help, snapshot.real_time_factor());
     let mut counter = |name, help, value: f64| begin(text, Kind::Counter, name, help).value(&[], value);
     counter("lamplight_ticks_total", "Ticks that have passed.", snapshot.tick as f64);
     counter("lamplight_virtual_time_seconds_total", "Virtual time that has passed.", snapshot.time_s);

@@ -26,8 +26,8 @@ pub struct Snapshot {
     pub time_s: f64,
     /// Seconds since the first tick, by the wall clock.
     pub wall_s: f64,
-    /// Mean ‖ê‖.
-    pub mean_error_m: f64,
+    /// Mean ‖ê‖ over the robots that estimate one; `None` if none does.
+    pub mean_error_m: Option<f64>,
     /// Packets since the start.
     pub packets: Packets,
     /// Wall time of a tick, in the last seconds; `None` if nobody has watched for long enough.
@@ -181,7 +181,7 @@ impl Snapshot {
             ticks,
             time_s: 0.0,
             wall_s: 0.0,
-            mean_error_m: 0.0,
+            mean_error_m: None,
             packets: Packets::default(),
             tick_time: None,
             agents: None,

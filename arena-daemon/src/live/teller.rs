@@ -66,7 +66,7 @@ impl Teller {
         live.tell(|snapshot| {
             snapshot.tick = status.tick;
             snapshot.time_s = status.time_s;
-            snapshot.mean_error_m = status.mean_error_m;
+            snapshot.mean_error_m = status.errors.mean_m;
             (snapshot.packets, snapshot.tick_time) = (packets, tick_time);
             (snapshot.robots, snapshot.agents, snapshot.waiting) = (robots, agents, waiting);
         });

@@ -123,7 +123,8 @@ impl Squad for InProcess {
         let standing = |mind: &Mind| Standing {
             id: mind.id,
             pid: None,
-            alive: mind.controller.is_some() && !mind.paused,
+            alive: mind.controller.is_some(),
+            paused: mind.controller.is_some() && mind.paused,
             refused: 0,
         };
         self.minds.iter().map(standing).collect()
@@ -186,12 +187,12 @@ mod tests {
         strike(&mut squad, &mut answers, 2, Act::Pause);
         exchange(&mut squad, &mut answers, 1);
         assert_eq!(answers[2], None);
-        assert!(!squad.standings()[2].alive);
+        assert!(squad.standings()[2].alive && squad.standings()[2].paused);
         strike(&mut squad, &mut answers, 2, Act::Resume);
         assert_eq!(answers[2], None, "it has not been asked yet");
         exchange(&mut squad, &mut answers, 2);
         assert_eq!(sequence(&answers, 2), before.map(|sequence| sequence + 1));
-        assert_eq!(squad.standings()[2].id, RobotId::first(2));
+        assert_eq!((squad.standings()[2].id, squad.standings()[2].paused), (RobotId::first(2), false));
     }
 
     #[test]

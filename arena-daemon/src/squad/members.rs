@@ -442,7 +442,8 @@ impl Members {
         let standing = |member: &Member| Standing {
             id: member.id,
             pid: member.process.map(|process| process.pid()),
-            alive: member.presence == Presence::Present,
+            alive: matches!(member.presence, Presence::Present | Presence::Paused { .. }),
+            paused: matches!(member.presence, Presence::Paused { .. }),
             refused: member.refused,
         };
         self.members.iter().map(standing).collect()

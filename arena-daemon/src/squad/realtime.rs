@@ -181,10 +181,6 @@ impl Squad for Realtime {
         }
     }
 
-    fn has_estimates(&self) -> bool {
-        self.latest.iter().flatten().all(|latest| latest.answers.is_some())
-    }
-
     fn profile(&mut self) -> Option<Profile> {
         self.members.profile()
     }

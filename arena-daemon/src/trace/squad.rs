@@ -56,10 +56,6 @@ impl Squad for Traced<'_> {
         self.squad.attend(due)
     }
 
-    fn has_estimates(&self) -> bool {
-        self.squad.has_estimates()
-    }
-
     fn profile(&mut self) -> Option<Profile> {
         self.squad.profile()
     }

@@ -1,14 +1,17 @@
 //! Faults that may be planned in vain: known before the run, worth a warning, no reason to refuse.
 
+use protocol::setup::Law;
+
 use crate::{
+    field::Field,
     frame::Pose,
     scenario::{ChannelModel, FaultSpec, Scenario},
 };
 
-/// One line for each fault of `scenario` that may never fire, robots starting at `poses`; with the
-/// place in the file where it was written, if it is known.
+/// One line for a field with nothing to cover, and for each fault of `scenario` that may never fire, robots starting at
+/// `poses`; with the place in the file where it was written, if it is known.
 pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
-    let mut cautions = Vec::new();
+    let mut cautions: Vec<String> = dark(scenario).into_iter().collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
         let of_fault = late(fault, scenario).into_iter().chain(far_links(fault, scenario, poses));
         cautions.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
@@ -20,6 +23,17 @@ pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
 pub fn named(index: usize, fault: &FaultSpec) -> String {
     let place = fault.origin.0.as_ref().map_or(String::new(), |place| format!("{place}: "));
     format!("{place}fault {index} ({})", fault.kind.name())
+}
+
+/// A field without anything to cover. The law `uniform` does not ask for it.
+fn dark(scenario: &Scenario) -> Option<String> {
+    let highest = Field::new(scenario).highest(scenario.arena.size_m.get());
+    (highest <= 0.0 && scenario.controller.law != Law::Uniform).then(|| {
+        format!(
+            "the field is nowhere positive (its highest value in the arena is {highest}), so no cell has mass: robots \
+             stand still, and nothing converges; raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"
+        )
+    })
 }
 
 fn late(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
@@ -47,4 +61,33 @@ fn far_links<'a>(
             "link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}"
         ))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cautioned(field: &str, law: &str) -> Vec<String> {
+        let text = format!(
+            "duration_s = 1\nstep_s = 0.1\narena.size_m = [1, 1]\nrobots.count = 3\n\
+             controller = {{ law = \"{law}\", gain_per_s = 1 }}\nchannel.range_m = 1\n{field}"
+        );
+        cautions(&Scenario::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}")), &[])
+    }
+
+    #[test]
+    fn a_field_that_is_nowhere_positive_is_warned_of() {
+        let lamp = "field.lamp = [{ position_m = [0.5, 0.5], peak = 500, half_distance_m = 1e-5 }]\n";
+        for dark in ["", "field.offset = -0.0", &format!("{lamp}field.offset = -1000")] {
+            let [caution] = &cautioned(dark, "linear")[..] else { panic!("{dark:?} is not warned of") };
+            assert!(caution.starts_with("the field is nowhere positive"), "{caution}");
+            assert!(caution.ends_with("raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"));
+        }
+        let lit = [lamp, "field.offset = 1e-9", &format!("{lamp}field.offset = -499")];
+        assert!(
+            lit.iter().all(|field| cautioned(field, "linear").is_empty()),
+            "a narrow lamp is light enough"
+        );
+        assert!(cautioned("", "uniform").is_empty(), "Lloyd's law asks for no field");
+    }
 }

@@ -195,5 +195,5 @@ fn hear(ports: &mut AgentPorts, percept: &mut Percept) -> anyhow::Result<()> {
 
 fn stand_still(id: RobotId, percept: &Percept) -> Command {
     let packet = Packet { sender: id, sequence: percept.tick as u32, light: 0.0 };
-    Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet }
+    Command { estimated_error: Some(BodyVector::HERE), velocity: BodyVector::HERE, packet }
 }

@@ -151,7 +151,7 @@ fn done(plan: &Plan, trial: &Trial<'_>, record: Record, stop: &StopFlag) -> anyh
             let mut scenario = trial.scenario.clone();
             scenario.controller.law = Law::Exact;
             let exact = in_process::trial(&scenario, stop).and_then(whole);
-            Some(exact.with_context(|| format!("{} with the exact controller", named(trial)))?.end.cost_h)
+            exact.with_context(|| format!("{} with the exact controller", named(trial)))?.end.cost_h
         }
     };
     Ok(Done { record, exact_cost_h })

@@ -28,7 +28,7 @@ const SUMMARY: &str = "summary.json";
 /// Columns of `trials.csv` before those of the sweeps.
 const KEYS: [&str; 4] = ["setting", "trial", "seed", "robots"];
 /// Columns of `trials.csv` that name no sweep.
-pub(crate) const COLUMNS: [&str; 29] = [
+pub(crate) const COLUMNS: [&str; 32] = [
     "setting",
     "trial",
     "seed",
@@ -55,6 +55,9 @@ pub(crate) const COLUMNS: [&str; 29] = [
     "mean_peak_distance_m",
     "mean_lamp_distance_m",
     "robots_alive",
+    "robots_paused",
+    "robots_without_error",
+    "robots_without_mass",
     "packets_in_range",
     "packets_heard",
     "digest",
@@ -141,8 +144,8 @@ impl Folder {
         for (keep, table) in &mut self.kept {
             match keep {
                 Keep::Errors => table.add(done.record.errors.iter().map(|sample| {
-                    let numbers = [sample.time_s, sample.mean_m, sample.max_m];
-                    keys(trial).into_iter().chain(numbers.map(number)).collect()
+                    let numbers = [Some(sample.time_s), sample.mean_m, sample.max_m];
+                    keys(trial).into_iter().chain(numbers.map(perhaps)).collect()
                 }))?,
                 Keep::Positions => {
                     table.add(done.record.places.iter().enumerate().map(|(robot, place)| {
@@ -396,19 +399,18 @@ fn keys_of_row(trial: &Trial<'_>) -> Vec<String> {
 
 fn row(trial: &Trial<'_>, Done { record, exact_cost_h }: &Done) -> Vec<String> {
     let end = &record.end;
-    let perhaps = |value: Option<f64>| value.map(number).unwrap_or_default();
     let ended = serde_json::to_value(record.ended).expect("an ending is a word");
     let mut row = keys_of_row(trial);
     row.extend([ended.as_str().unwrap_or_default().into(), record.ticks.to_string()]);
     row.push(number(record.virtual_time_s));
     row.extend(record.mean_below_s.map(perhaps));
     row.extend(record.max_below_s.map(perhaps));
-    row.extend([end.mean_error_m, end.max_error_m, end.mean_true_error_m, end.cost_h].map(number));
-    row.push(perhaps(*exact_cost_h));
-    row.push(number(end.cell_agreement));
+    row.extend([end.mean_error_m, end.max_error_m, end.mean_true_error_m, end.cost_h].map(perhaps));
+    row.extend([*exact_cost_h, end.cell_agreement].map(perhaps));
     row.extend([end.mean_peak_distance_m, end.mean_lamp_distance_m].map(perhaps));
-    let counts = [u64::from(end.robots_alive), end.packets.in_range, end.packets.heard];
-    row.extend(counts.map(|count| count.to_string()));
+    let robots = [end.robots_alive, end.robots_paused, end.robots_without_error, end.robots_without_mass];
+    row.extend(robots.map(|count| count.to_string()));
+    row.extend([end.packets.in_range, end.packets.heard].map(|count| count.to_string()));
     row.push(record.digest.clone());
     row
 }
@@ -418,6 +420,11 @@ fn number(value: f64) -> String {
     let mut text = String::new();
     write!(text, "{value:?}").expect("a string takes all that is written to it");
     text
+}
+
+/// The same of a value that may not be there.
+fn perhaps(value: Option<f64>) -> String {
+    value.map(number).unwrap_or_default()
 }
 
 /// Rows as CSV has them.

@@ -47,7 +47,17 @@ struct SettingSummary {
 /// Statistics of the trials that have a value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Statistics {
+    /// Trials that have one.
     count: usize,
+    /// Trials that have none.
+    none: usize,
+    #[serde(flatten)]
+    of: Option<Distribution>,
+}
+
+/// How the values are spread.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct Distribution {
     mean: f64,
     /// Standard deviation, n − 1 in its denominator; 0 of one value.
     sd: f64,
@@ -74,9 +84,9 @@ pub(super) fn of(plan: &Plan, columns: &[String], rows: &[csv::StringRecord]) ->
         let of = &plan.settings[setting];
         let mut ended = BTreeMap::new();
         rows.iter().for_each(|row| *ended.entry(row[ended_at].to_owned()).or_default() += 1);
-        let statistics = measures.iter().filter_map(|(at, column)| {
-            let values: Vec<f64> = rows.iter().filter_map(|row| row[*at].parse().ok()).collect();
-            Some(((*column).clone(), Statistics::of(&values)?))
+        let statistics = measures.iter().map(|(at, column)| {
+            let values: Vec<Option<f64>> = rows.iter().map(|row| row[*at].parse().ok()).collect();
+            ((*column).clone(), Statistics::of(&values))
         });
         let keys = identity.sweeps.iter().map(|sweep| sweep.key.clone());
         SettingSummary {
@@ -113,12 +123,13 @@ impl Summary {
                 setting.ended.iter().map(|(how, count)| format!("{count} {how}")).collect();
             writeln!(text, ", {} trials ({})", self.trials, ended.join(", "))?;
             for (column, what) in SHOWN {
-                let Some(statistics) = setting.measures.get(column) else { continue };
-                let Statistics { count, mean, sd, .. } = statistics;
-                write!(text, "  {mean:>14.6e} ± {sd:<12.3e} {what}")?;
-                match *count as u64 == self.trials {
-                    true => writeln!(text)?,
-                    false => writeln!(text, " ({count} of {} trials)", self.trials)?,
+                let Some(Statistics { count, none, of: Some(of) }) = setting.measures.get(column) else {
+                    continue;
+                };
+                write!(text, "  {:>14.6e} ± {:<12.3e} {what}", of.mean, of.sd)?;
+                match none {
+                    0 => writeln!(text)?,
+                    none => writeln!(text, " ({count} of {} trials)", count + none)?,
                 }
             }
         }
@@ -127,11 +138,18 @@ impl Summary {
 }
 
 impl Statistics {
+    fn of(values: &[Option<f64>]) -> Self {
+        let known: Vec<f64> = values.iter().flatten().copied().collect();
+        Self { count: known.len(), none: values.len() - known.len(), of: Distribution::of(&known) }
+    }
+}
+
+impl Distribution {
     fn of(values: &[f64]) -> Option<Self> {
         let stats = Stats::of(values)?;
         let [min, p25, p50, p75, max] = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(values, share));
-        let (count, mean, sd, se) = (stats.count, stats.mean, stats.sd, stats.se());
-        Some(Self { count, mean, sd, se, min: min?, p25: p25?, p50: p50?, p75: p75?, max: max? })
+        let (mean, sd, se) = (stats.mean, stats.sd, stats.se());
+        Some(Self { mean, sd, se, min: min?, p25: p25?, p50: p50?, p75: p75?, max: max? })
     }
 }
 
@@ -141,10 +159,19 @@ mod tests {
 
     #[test]
     fn statistics_of_a_known_sample() {
-        let known = Statistics::of(&[9.0, 2.0, 4.0, 4.0, 7.0, 4.0, 5.0, 5.0]).unwrap();
-        assert_eq!((known.count, known.mean, known.min, known.max), (8, 5.0, 2.0, 9.0));
-        assert_eq!((known.p25, known.p50, known.p75), (4.0, 4.5, 5.5));
-        assert!((known.sd - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
-        assert_eq!(Statistics::of(&[]), None);
+        let Statistics { count, none, of } =
+            Statistics::of(&[9.0, 2.0, 4.0, 4.0, 7.0, 4.0, 5.0, 5.0].map(Some));
+        let of = of.unwrap();
+        assert_eq!((count, none, of.mean, of.min, of.max), (8, 0, 5.0, 2.0, 9.0));
+        assert_eq!((of.p25, of.p50, of.p75), (4.0, 4.5, 5.5));
+        assert!((of.sd - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn trials_without_a_value_are_left_out_and_counted() {
+        let some = Statistics::of(&[Some(1.0), None, Some(3.0)]);
+        assert_eq!((some.count, some.none, some.of.unwrap().mean), (2, 1, 2.0));
+        assert_eq!(Statistics::of(&[None, None]), Statistics { count: 0, none: 2, of: None });
+        assert_eq!(serde_json::to_string(&Statistics::of(&[None])).unwrap(), r#"{"count":0,"none":1}"#);
     }
 }

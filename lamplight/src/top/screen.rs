@@ -140,6 +140,7 @@ impl View<'_> {
             None => ("- ticks/s".into(), self.snapshot.real_time_factor()),
         };
         let factor = factor.map_or_else(|| "-".into(), |factor| format!("{factor:.1}"));
+        let error = mean_error_m.map_or_else(|| "-".into(), |error_m| format!("{error_m:.3e} m"));
         let state = match self.snapshot.phase {
             Phase::Gathering => "robots join".into(),
             Phase::Running => format!("{alive} of {all} robots take part"),
@@ -150,7 +151,7 @@ impl View<'_> {
         vec![
             Line::from(format!("run {}: {} ({}, {mode})", of.run, of.scenario, of.engine)).bold(),
             format!("tick {tick} of {ticks}, {time_s:.1} s of virtual time in {wall_s:.1} s; {state}").into(),
-            format!("{rate}, {factor}x real time, mean error {mean_error_m:.3e} m").into(),
+            format!("{rate}, {factor}x real time, mean error {error}").into(),
             format!(
                 "packets: {} sent, {} heard, {} collided, {missed} missed, {lost} lost, {} delayed",
                 packets.sent, packets.heard, packets.collided, packets.delayed

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{
     batch::{Batch, ByTrial, PANELS_MAX, Setting, panels_note},
-    chart::{Axis, Chart, Dash, Look, Point},
+    chart::{Axis, Chart, Dash, GAP, Look, Point},
     error::ReportError,
     page::{Block, Figure},
     stats::quantile,
@@ -46,7 +46,7 @@ pub fn decay_panel(errors: &ByTrial<Vec<Point>>, setting: &Setting, title: &str)
     chart.draw(&format!("mean estimated error over time in {} trials, {title}", trials.len()))
 }
 
-/// The median over those trials that were still running, at each time that most were.
+/// The median over those trials that were still running, at each time that most were; NaN where most have no value.
 fn median(trials: &[&Vec<Point>]) -> Vec<Point> {
     let mut by_time: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
     for &(time_s, error) in trials.iter().copied().flatten() {
@@ -56,13 +56,22 @@ fn median(trials: &[&Vec<Point>]) -> Vec<Point> {
     by_time
         .into_iter()
         .filter(|(_, errors)| 2 * errors.len() > trials.len())
-        .filter_map(|(bits, errors)| Some((f64::from_bits(bits), quantile(&errors, 0.5)?)))
+        .map(|(bits, errors)| {
+            let known = errors.iter().filter(|error| !error.is_nan()).count();
+            let median = quantile(&errors, 0.5).filter(|_| 2 * known > trials.len());
+            (f64::from_bits(bits), median.unwrap_or(f64::NAN))
+        })
         .collect()
 }
 
-/// The same line with fewer points (Ramer, Douglas, Peucker; vertical distances of logarithms).
+/// The same line with fewer points, broken where it is not positive.
 fn flattened(line: &[Point]) -> Vec<Point> {
-    let line: Vec<Point> = line.iter().copied().filter(|point| point.1 > 0.0).collect();
+    let pieces = line.split(|point| !(point.1 > 0.0)).filter(|piece| !piece.is_empty());
+    pieces.map(simplified).collect::<Vec<_>>().join(&GAP)
+}
+
+/// Ramer, Douglas and Peucker's selection of points, by vertical distances of logarithms.
+fn simplified(line: &[Point]) -> Vec<Point> {
     let height = |place: usize| line[place].1.log10();
     let Some(last) = line.len().checked_sub(1) else { return Vec::new() };
     let mut kept = vec![0, last];
@@ -94,6 +103,17 @@ mod tests {
         let bent: Vec<Point> =
             (0..100).map(|i| (f64::from(i), if i < 50 { decay(0.1, 1.0)(i) } else { 1e-5 })).collect();
         assert_eq!(flattened(&bent).iter().map(|point| point.0).collect::<Vec<_>>(), [0.0, 50.0, 99.0]);
+    }
+
+    #[test]
+    fn a_line_is_broken_where_it_has_no_value() {
+        let flat = flattened(&[(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (3.0, f64::NAN), (4.0, 1.0)]);
+        assert_eq!(flat[..2], [(0.0, 1.0), (2.0, 1.0)]);
+        assert!(flat[2].0.is_nan() && flat[2].1.is_nan());
+        assert_eq!(flat[3..], [(4.0, 1.0)]);
+        let trial = vec![(0.0, 1.0), (1.0, f64::NAN)];
+        let median = median(&[&trial, &trial, &vec![(0.0, 1.0), (1.0, 0.5)]]);
+        assert!(median[0] == (0.0, 1.0) && median[1].1.is_nan(), "most have none: {median:?}");
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
 pub fn density_points(rings: &Rings, positions: &ByTrial<Vec<Body>>, setting: &Setting) -> Vec<Ring> {
     let trials: Vec<Vec<Point>> = positions
         .range((setting.number, 0)..=(setting.number, u64::MAX))
-        .map(|(_, bodies)| bodies.iter().filter(|body| body.alive).map(|body| body.at).collect())
+        .map(|(_, bodies)| bodies.iter().filter(|body| body.present).map(|body| body.at).collect())
         .collect();
     rings.density(&trials)
 }

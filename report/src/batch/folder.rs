@@ -171,14 +171,15 @@ impl Batch {
         Ok(keys.zip(self.trials.words("digest")?).map(|(key, digest)| (key, digest.to_owned())).collect())
     }
 
-    /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial; `None` if it was not kept.
+    /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial, NaN where it had no value; `None` if it was
+    /// not kept.
     pub fn errors(&self) -> Result<Option<ByTrial<Vec<Point>>>, ReportError> {
         let Some(rows) = Rows::read_if_there(&self.folder.join("errors.csv"))? else { return Ok(None) };
         let keys = rows.counts("setting")?.into_iter().zip(rows.counts("trial")?);
         let points = rows.full("time_s")?.into_iter().zip(rows.numbers("mean_error_m")?);
         let mut trials: ByTrial<Vec<Point>> = BTreeMap::new();
         for (key, (time_s, error)) in keys.zip(points) {
-            trials.entry(key).or_default().extend(error.map(|error| (time_s, error)));
+            trials.entry(key).or_default().push((time_s, error.unwrap_or(f64::NAN)));
         }
         Ok(Some(trials))
     }
@@ -190,8 +191,8 @@ impl Batch {
         let places = rows.full("x_m")?.into_iter().zip(rows.full("y_m")?);
         let mut trials: ByTrial<Vec<Body>> = BTreeMap::new();
         for ((key, at), alive) in keys.zip(places).zip(rows.words("alive")?) {
-            let alive = matches!(alive, "true" | "1");
-            trials.entry(key).or_default().push(Body { at, alive });
+            let present = matches!(alive, "true" | "1");
+            trials.entry(key).or_default().push(Body { at, present });
         }
         Ok(Some(trials))
     }

@@ -49,12 +49,18 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
         let ways: Vec<String> = ways.into_iter().map(|(way, count)| format!("{count} {way}")).collect();
         row.push(Cell::Words(ways.join(", ")));
         for column in &shown {
-            let stats = Stats::of(&batch.measure(setting, column)?);
-            let text = stats.map(|stats| number::mean_and_spread(stats.mean, stats.sd));
+            let (stats, all) = (Stats::of(&batch.measure(setting, column)?), setting.rows.len());
+            let text = stats.map(|stats| match number::mean_and_spread(stats.mean, stats.sd) {
+                spread if stats.count == all => spread,
+                spread => format!("{spread} ({} of {all})", stats.count),
+            });
             row.push(Cell::Number(text.unwrap_or_else(|| "–".into())));
         }
         rows.push(row);
     }
-    let caption = "At the end of the trials: mean ± standard deviation over the trials of a setting".into();
+    let caption =
+        "At the end of the trials: mean ± standard deviation over the trials of a setting, or over \
+                   those that have a value (how many of all)"
+            .into();
     Ok(vec![Block::Table(Table { caption, columns, rows })])
 }

@@ -48,7 +48,7 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
         blocks.push(Block::Figure(Figure {
             name: file,
             caption: format!(
-                "At the end of the trials over {name}: mean and standard deviation of the trials."
+                "At the end of the trials over {name}: mean and standard deviation of the trials that have a value."
             ),
             panels,
         }));

@@ -40,8 +40,8 @@ pub(super) fn figures(run: &Run) -> Vec<Block> {
     if panels.len() < 3 && !run.end.is_empty() {
         caption.push_str(" Trajectories are drawn where the scenario sets output.poses_every_s.");
     }
-    if run.end.iter().any(|body| !body.alive) {
-        caption.push_str(" Robots that are down (gray squares) have no cell.");
+    if run.end.iter().any(|body| !body.present) {
+        caption.push_str(" Robots that are down or paused (gray squares) have no cell.");
     }
     vec![Block::Figure(Figure { name: "configuration".into(), caption, panels })]
 }

@@ -64,7 +64,7 @@ impl Run {
         let placed = || {
             let poses = placement::start(&scenario).unwrap_or_default();
             let at = |pose: arena::frame::Pose| (pose.position.x, pose.position.y);
-            poses.into_iter().map(|pose| Body { at: at(pose), alive: true }).collect()
+            poses.into_iter().map(|pose| Body { at: at(pose), present: true }).collect()
         };
         let start = poses.as_ref().and_then(Poses::first).unwrap_or_else(placed);
         let end = robots.or_else(|| poses.as_ref()?.last()).unwrap_or_default();
@@ -103,7 +103,9 @@ impl Poses {
 }
 
 fn bodies(rows: &Rows) -> Result<Vec<Body>, ReportError> {
+    let is = |word: &str| matches!(word, "true" | "1");
     let (xs, ys, alive) = (rows.full("x_m")?, rows.full("y_m")?, rows.words("alive")?);
-    let bodies = xs.into_iter().zip(ys).zip(alive);
-    Ok(bodies.map(|(at, alive)| Body { at, alive: matches!(alive, "true" | "1") }).collect())
+    let paused = rows.words("paused")?;
+    let bodies = xs.into_iter().zip(ys).zip(alive.into_iter().zip(paused));
+    Ok(bodies.map(|(at, (alive, paused))| Body { at, present: is(alive) && !is(paused) }).collect())
 }

@@ -1,7 +1,7 @@
 //! `metrics.csv` as lines over time.
 
 use crate::{
-    chart::{Axis, Chart, Event, Look, Point},
+    chart::{Axis, Chart, Event, GAP, Look, Point},
     error::ReportError,
     number,
     page::{Block, Cell, Figure, Table},
@@ -23,22 +23,26 @@ pub(super) fn time_series(run: &Run) -> Result<Vec<Block>, ReportError> {
             format!("Mean and largest error over time, as robots estimate it and as it is.{hint}"),
             errors(run, &events)?,
         ),
-        figure("cost", format!("Coverage cost H of the robots alive (eq. 1).{hint}"), cost(run, &events)?),
+        figure(
+            "cost",
+            format!("Coverage cost H of the robots that take part (eq. 1).{hint}"),
+            cost(run, &events)?,
+        ),
     ];
     let distance = points(run, "mean_lamp_distance_m")?;
-    if !distance.is_empty() {
+    if distance.iter().any(|point| point.1.is_finite()) {
         let mut chart = Chart::new(time(), Axis::new("mean distance to the lamps (m)"));
         chart.line("", &distance, Look::nth(0));
         chart.events(events.clone());
         blocks.push(figure(
             "lamp-distance",
-            format!("Mean distance of the robots alive to the middle of the lamps.{hint}"),
+            format!("Mean distance of the robots that take part to the middle of the lamps.{hint}"),
             chart.draw("mean distance of robots to the lamps over time"),
         ));
     }
     blocks.push(figure(
         "agreement",
-        format!("Share of robots alive whose local cell is the global one, and share of robots alive.{hint}"),
+        format!("Share of robots whose local cell is the global one, and share of robots alive.{hint}"),
         shares(run, &events)?,
     ));
     Ok(blocks)
@@ -124,9 +128,11 @@ fn time() -> Axis {
     Axis::new("time (s)")
 }
 
+/// A column over time, with gaps where it has no value.
 fn points(run: &Run, column: &str) -> Result<Vec<Point>, ReportError> {
     let values = run.metrics.numbers_if_there(column)?;
-    Ok(run.metrics.full("time_s")?.into_iter().zip(values).filter_map(|(t, v)| Some((t, v?))).collect())
+    let times = run.metrics.full("time_s")?;
+    Ok(times.into_iter().zip(values).map(|(time, value)| value.map_or(GAP, |value| (time, value))).collect())
 }
 
 /// Differences of a count over time, each at the end of its span.

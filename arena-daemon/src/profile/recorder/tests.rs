@@ -21,7 +21,7 @@ fn recorder(mode: Mode) -> Recorder {
 
 fn command(index: u32, sequence: u32) -> Command {
     let packet = Packet { sender: RobotId::first(index), sequence, light: 0.0 };
-    Command { goal: BodyVector::HERE, velocity: BodyVector::HERE, packet }
+    Command { estimated_error: Some(BodyVector::HERE), velocity: BodyVector::HERE, packet }
 }
 
 /// Two robots, each of which hears the other one's packet with number `sequence`.

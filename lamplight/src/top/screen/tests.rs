@@ -48,7 +48,7 @@ fn snapshot() -> Snapshot {
         tick: 811,
         time_s: 40.55,
         wall_s: 12.0,
-        mean_error_m: 0.0203,
+        mean_error_m: Some(0.0203),
         packets: Packets { sent: 8110, heard: 60000, collided: 12, half_duplex: 3, ..Packets::default() },
         tick_time: quantiles(686.0),
         agents: Some(Agents {
