@@ -185,6 +185,33 @@ fn processes_that_could_not_share_memory_are_refused_with_the_limit() {
 }
 
 #[test]
+fn a_batch_whose_first_write_fails_ends_with_status_1_and_goes_on_later() {
+    let folder = folder();
+    let [broken, whole] = ["broken", "whole"].map(|name| folder.path().join(name));
+    let file = scenario("one-gaussian");
+    let args: Vec<&OsStr> = [
+        "batch".as_ref(),
+        file.as_os_str(),
+        "--trials=9".as_ref(),
+        "--duration=1".as_ref(),
+        "--out".as_ref(),
+    ]
+    .into();
+    let errors = failed(&limited(0, &args).arg(&broken).output().unwrap());
+    assert!(errors.contains("batch.json: File too large"), "{errors}");
+    // Room for scenario.toml, and for the rows of some trials.
+    let errors = failed(&limited(3, &args).arg(&broken).output().unwrap());
+    assert!(errors.contains("trials.csv: File too large"), "{errors}");
+    assert!(assert_is_whole(&broken.join("trials.csv")) > 0);
+    for out in [&broken, &whole] {
+        succeeded(&lamplight(&args).arg(out).output().unwrap());
+    }
+    for name in ["batch.json", "scenario.toml", "summary.json", "trials.csv"] {
+        assert_eq!(fs::read(broken.join(name)).unwrap(), fs::read(whole.join(name)).unwrap(), "{name}");
+    }
+}
+
+#[test]
 fn what_a_shrink_has_found_is_told_though_it_cannot_be_saved() {
     let folder = folder();
     let (file, out) = (scenario("swarmbots"), folder.path().join("small.toml"));
