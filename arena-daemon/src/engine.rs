@@ -49,10 +49,8 @@ pub fn content(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
 }
 
 /// Runs `scenario`, whose start `arena` is, to its end under the eyes of `observer`, and writes what it leaves.
-///
-/// # Errors
-/// Only if outputs cannot be written. A squad that fails or an observer that objects ends the run, and the
-/// summary says so.
+/// A squad that fails or an observer that objects ends the run, and the summary says so; it also says what could not
+/// be written.
 pub fn run(
     scenario: &Scenario,
     arena: &mut Arena,
@@ -61,7 +59,7 @@ pub fn run(
     outputs: Outputs,
     stop: &StopFlag,
     observer: &mut Observer<'_>,
-) -> anyhow::Result<Summary> {
+) -> Summary {
     let robots = arena.poses().len();
     let teller = Teller::new(squad.live());
     let mut run = Run {
@@ -100,13 +98,12 @@ pub fn run(
         Ok(ending) => (ending, None),
         Err(Interruption::Squad(error)) => (Ending::Failed, Some(error.to_string())),
         Err(Interruption::Observer(why) | Interruption::Overload(why)) => (Ending::Failed, Some(why)),
-        Err(Interruption::Outputs(error)) => return Err(error),
     };
     let agents = profile.as_ref().map(Totals::of);
-    let summary = Summary { agents, ..run.summary(plan, ended, failure, start_up, wall) };
+    let mut summary = Summary { agents, ..run.summary(plan, ended, failure, start_up, wall) };
     let standings = run.squad.standings();
-    run.outputs.finish(&summary, run.arena, &standings, &run.answers, profile.as_ref())?;
-    Ok(summary)
+    run.outputs.finish(&mut summary, run.arena, &standings, &run.answers, profile.as_ref());
+    summary
 }
 
 struct Run<'a> {
@@ -135,7 +132,6 @@ enum Interruption {
     Overload(String),
     Squad(SquadError),
     Observer(String),
-    Outputs(anyhow::Error),
 }
 
 impl Run<'_> {
@@ -149,7 +145,7 @@ impl Run<'_> {
             observer(self.arena, &self.answers).map_err(Interruption::Observer)?;
             let status = self.status();
             let ending = self.ending(&status);
-            self.record(&status, ending.is_some()).map_err(Interruption::Outputs)?;
+            self.record(&status, ending.is_some());
             if let Some(ending) = ending {
                 return Ok(ending);
             }
@@ -189,15 +185,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn record(&mut self, status: &Status, is_last: bool) -> anyhow::Result<()> {
+    fn record(&mut self, status: &Status, is_last: bool) {
         let due = |every: u64| is_last || status.tick.is_multiple_of(every);
         if self.outputs.are_kept() && due(self.scenario.sample_every_ticks()) {
-            self.outputs.sample(status, &self.arena.metrics(&self.answers))?;
+            self.outputs.sample(status, &self.arena.metrics(&self.answers));
         }
         if self.scenario.poses_every_ticks().is_some_and(due) {
-            self.outputs.poses(status, self.arena, &self.answers)?;
+            self.outputs.poses(status, self.arena, &self.answers);
         }
-        Ok(())
     }
 
     fn tick(&mut self) -> Result<(), SquadError> {
@@ -293,6 +288,7 @@ impl Run<'_> {
             tick_us: TickTimes::of(&self.tick_ns),
             lag: self.lag,
             agents: None,
+            unwritten: Vec::new(),
         }
     }
 }

@@ -59,12 +59,13 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    let survives = files::survive_size_limit();
     let (quiet, format) = (cli.run.quiet, cli.run.log_format());
     progress::init_log(quiet, format, progress::beside_live_line, !cli.supervised);
     logbook::in_run(&cli.name);
-    let outcome = run(&cli);
+    let outcome = survives.context("cannot handle signals").and_then(|()| run(&cli));
     let failure = match &outcome {
-        Ok(Over::Run(summary)) => summary.failure.clone(),
+        Ok(Over::Run(summary)) => summary.trouble(),
         Ok(Over::Trials) => None,
         Err(error) => Some(format!("{error:#}")),
     };
@@ -154,7 +155,7 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
     let mut arena = Arena::new(scenario)?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
     let mode = cli.run.mode();
-    let tracer = Tracer::begin(&cli.run.trace, scenario, mode)?;
+    let tracer = Tracer::begin(&cli.run.trace, scenario, mode).inspect_err(|_| outputs.take_back())?;
     let hosting = Hosting { tracer: tracer.clone(), ..hosting };
     let mut squad: Box<dyn Squad> = match mode {
         Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
@@ -174,9 +175,9 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
         tracer.tick_ends(arena);
         Ok(())
     };
-    let summary = engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, observer);
-    tracer.finish();
-    summary
+    let mut summary = engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, observer);
+    summary.unwritten.extend(tracer.finish().err().map(|error| error.to_string()));
+    Ok(summary)
 }
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until

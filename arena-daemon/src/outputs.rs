@@ -1,19 +1,22 @@
 //! What a run leaves on disk (`--out DIR`).
 //!
 //! `scenario.toml` comes first and marks the folder as used, `metrics.csv` (and `poses.csv`, where the
-//! scenario asks for it) grow with the run, and `robots.csv`, `latency.hlog`, `ledger.csv` and `summary.json` are
-//! written at its end.
+//! scenario asks for it) grow with the run, and `summary.json`, `robots.csv`, `ledger.csv` and `latency.hlog` are
+//! written at its end, the most valuable first.
+//!
+//! A file that cannot be written costs neither the run nor the other files: it ends with its last whole line, and
+//! the summary says so.
 
 mod robot_row;
 
 use std::{
-    fs::{self, File},
-    io::Write,
+    fs, io,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, bail};
 use arena::{Arena, metrics::Metrics, scenario::Scenario};
+use files::{Lines, WriteError};
 use protocol::command::Command;
 use serde::Serialize;
 
@@ -26,7 +29,9 @@ use crate::{
 };
 
 /// Files by which a folder is known to hold a run.
-const MARKS: [&str; 2] = ["summary.json", "scenario.toml"];
+const MARKS: [&str; 2] = [SUMMARY, SCENARIO];
+const SCENARIO: &str = "scenario.toml";
+const SUMMARY: &str = "summary.json";
 
 /// Where results go; or nowhere.
 #[derive(Debug)]
@@ -40,13 +45,17 @@ struct Kept {
     folder: PathBuf,
     metrics: Rows,
     poses: Option<Rows>,
+    /// What could not be written whole, and why.
+    unwritten: Vec<String>,
 }
 
 /// A CSV file that is being written.
 #[derive(Debug)]
 struct Rows {
     path: PathBuf,
-    rows: csv::Writer<File>,
+    rows: csv::Writer<Lines>,
+    /// Whether a row could not be written: then none follows it.
+    is_broken: bool,
 }
 
 const LEDGER_COLUMNS: [&str; 10] = [
@@ -92,13 +101,22 @@ impl Outputs {
     pub fn begin(folder: Option<&Path>, scenario: &Scenario) -> anyhow::Result<Self> {
         let Some(folder) = folder else { return Ok(Self { kept: None }) };
         prepare(folder)?;
+        let mark = folder.join(SCENARIO);
         // Of two runs that begin at once, one finds the mark of the other here.
-        File::create_new(folder.join("scenario.toml"))
-            .and_then(|mut file| file.write_all(scenario.to_toml().as_bytes()))
-            .with_context(|| format!("cannot write to {}", folder.display()))?;
-        let metrics = Rows::begin(folder.join("metrics.csv"))?;
-        let poses = scenario.output.poses_every_s.map(|_| Rows::begin(folder.join("poses.csv")));
-        Ok(Self { kept: Some(Kept { folder: folder.to_path_buf(), metrics, poses: poses.transpose()? }) })
+        files::create(&mark, scenario.to_toml())?;
+        let begun = Kept::begin(folder, scenario).inspect_err(|_| {
+            // The next attempt would take it for a run.
+            let _ = fs::remove_file(&mark);
+        });
+        Ok(Self { kept: Some(begun?) })
+    }
+
+    /// Takes back the mark of a run that is not to begin, so that the folder is free for the next attempt.
+    pub fn take_back(&self) {
+        if let Some(kept) = &self.kept {
+            // If it stays, the next attempt says what to remove.
+            let _ = fs::remove_file(kept.folder.join(SCENARIO));
+        }
     }
 
     /// Whether anything is kept at all: what nobody reads need not be measured.
@@ -107,21 +125,18 @@ impl Outputs {
     }
 
     /// One more row of `metrics.csv`.
-    pub fn sample(&mut self, status: &Status, metrics: &Metrics) -> anyhow::Result<()> {
-        let Some(kept) = &mut self.kept else { return Ok(()) };
-        kept.metrics.add([MetricsRow::new(status, metrics)])
+    pub fn sample(&mut self, status: &Status, metrics: &Metrics) {
+        let Some(kept) = &mut self.kept else { return };
+        let added = kept.metrics.add([MetricsRow::new(status, metrics)]);
+        kept.go_on_without(added);
     }
 
     /// One more row of `poses.csv` for every robot, if the scenario asks for it. Who has not answered is not
     /// alive, unless the plan has paused it.
-    pub fn poses(
-        &mut self,
-        status: &Status,
-        arena: &Arena,
-        answers: &[Option<Command>],
-    ) -> anyhow::Result<()> {
-        let Some(rows) = self.kept.as_mut().and_then(|kept| kept.poses.as_mut()) else { return Ok(()) };
-        rows.add((0..).zip(arena.poses()).zip(answers).map(|((robot, pose), answer)| PoseRow {
+    pub fn poses(&mut self, status: &Status, arena: &Arena, answers: &[Option<Command>]) {
+        let Some(kept) = &mut self.kept else { return };
+        let Some(rows) = &mut kept.poses else { return };
+        let added = rows.add((0..).zip(arena.poses()).zip(answers).map(|((robot, pose), answer)| PoseRow {
             tick: status.tick,
             time_s: status.time_s,
             robot,
@@ -130,78 +145,119 @@ impl Outputs {
             heading_rad: pose.heading,
             alive: answer.is_some() || arena.is_paused(robot),
             paused: arena.is_paused(robot),
-        }))
+        }));
+        kept.go_on_without(added);
     }
 
-    /// `robots.csv`, `latency.hlog` if agents were measured, `ledger.csv` and `summary.json`.
+    /// `summary.json`, `robots.csv`, `ledger.csv`, and `latency.hlog` if agents were measured. The summary learns what
+    /// could not be written.
     pub fn finish(
-        &mut self,
-        summary: &Summary,
+        self,
+        summary: &mut Summary,
         arena: &Arena,
         standings: &[Standing],
         answers: &[Option<Command>],
         profile: Option<&Profile>,
-    ) -> anyhow::Result<()> {
-        let Some(Kept { folder, .. }) = &self.kept else { return Ok(()) };
-        let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard());
-        Rows::begin(folder.join("robots.csv"))?.add(known.enumerate().map(
-            |(index, (((standing, answer), pose), heard))| {
-                let columns = profile.map(|profile| Columns::of(profile, index)).unwrap_or_default();
-                RobotRow::new(standing, answer.as_ref(), pose, *heard, &columns)
-            },
-        ))?;
-        if let Some(profile) = profile {
-            profile.write_log(&folder.join("latency.hlog"))?;
+    ) {
+        let Some(Kept { folder, unwritten, .. }) = self.kept else { return };
+        summary.unwritten = unwritten;
+        let path = folder.join(SUMMARY);
+        let first = files::replace(&path, summary.json());
+        let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
+        let robots = known.map(|(index, (((standing, answer), pose), heard))| {
+            let columns = profile.map(|profile| Columns::of(profile, index)).unwrap_or_default();
+            RobotRow::new(standing, answer.as_ref(), pose, *heard, &columns)
+        });
+        let robots = Rows::begin(folder.join("robots.csv")).and_then(|mut rows| rows.add(robots));
+        let ledger = Rows::begin(folder.join("ledger.csv")).and_then(|mut rows| rows.add_ledger(summary));
+        let log = profile.map_or(Ok(()), |profile| profile.write_log(&folder.join("latency.hlog")));
+        let tried = [first, robots, ledger, log];
+        let failed: Vec<String> =
+            tried.iter().filter_map(|it| it.as_ref().err()).map(ToString::to_string).collect();
+        if !failed.is_empty() {
+            summary.unwritten.extend(failed);
+            // If not even this finds room, the first one stays, and standard output has the rest.
+            let _ = files::replace(&path, summary.json());
         }
-        ledger(&folder.join("ledger.csv"), summary)?;
-        let path = folder.join("summary.json");
-        fs::write(&path, summary.json()).with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+impl Kept {
+    fn begin(folder: &Path, scenario: &Scenario) -> Result<Self, WriteError> {
+        let metrics = Rows::begin(folder.join("metrics.csv"))?;
+        let poses = scenario.output.poses_every_s.map(|_| Rows::begin(folder.join("poses.csv")));
+        Ok(Self { folder: folder.to_path_buf(), metrics, poses: poses.transpose()?, unwritten: Vec::new() })
+    }
+
+    /// A run is not lost with one of its files.
+    fn go_on_without(&mut self, written: Result<(), WriteError>) {
+        if let Err(error) = written {
+            tracing::warn!("{error}; the run goes on, and the file ends here");
+            self.unwritten.push(error.to_string());
+        }
     }
 }
 
 impl Rows {
-    fn begin(path: PathBuf) -> anyhow::Result<Self> {
-        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(Self { path, rows: csv::Writer::from_writer(file) })
+    fn begin(path: PathBuf) -> Result<Self, WriteError> {
+        let rows = csv::Writer::from_writer(Lines::create(&path)?);
+        Ok(Self { path, rows, is_broken: false })
     }
 
     /// Adds rows that belong together. A run that is killed leaves whole rows behind.
-    fn add<R: Serialize>(&mut self, rows: impl IntoIterator<Item = R>) -> anyhow::Result<()> {
-        let write = || -> csv::Result<()> {
-            rows.into_iter().try_for_each(|row| self.rows.serialize(row))?;
-            Ok(self.rows.flush()?)
-        };
-        write().with_context(|| format!("cannot write {}", self.path.display()))
+    fn add<R: Serialize>(&mut self, rows: impl IntoIterator<Item = R>) -> Result<(), WriteError> {
+        self.write(|file| rows.into_iter().try_for_each(|row| file.serialize(row)))
+    }
+
+    fn add_ledger(&mut self, summary: &Summary) -> Result<(), WriteError> {
+        self.write(|file| ledger(file, summary))
+    }
+
+    /// Tells of the first row that cannot be written; those after it are left out.
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut csv::Writer<Lines>) -> csv::Result<()>,
+    ) -> Result<(), WriteError> {
+        if self.is_broken {
+            return Ok(());
+        }
+        let written = write(&mut self.rows).map_err(io_error).and_then(|()| self.rows.flush());
+        self.is_broken = written.is_err();
+        written.map_err(|error| WriteError::new(&self.path, error))
     }
 }
 
-fn ledger(path: &Path, summary: &Summary) -> anyhow::Result<()> {
-    let write = || -> csv::Result<()> {
-        let mut rows = csv::Writer::from_path(path)?;
-        rows.write_record(LEDGER_COLUMNS)?;
-        for (index, fault) in summary.faults.iter().enumerate() {
-            let tick = |tick: Option<u64>| tick.map(|tick| tick.to_string()).unwrap_or_default();
-            let back = |ticks: Option<u64>| match (fault.line.fired_tick, ticks) {
-                (None, _) => String::new(),
-                (Some(_), None) => "not recovered".into(),
-                (Some(_), Some(ticks)) => ticks.to_string(),
-            };
-            rows.write_record([
-                index.to_string(),
-                fault.line.kind.name().into(),
-                fault.line.planned_tick.to_string(),
-                tick(fault.line.until_tick),
-                tick(fault.line.fired_tick),
-                tick(fault.line.last_tick),
-                fault.line.robots.to_string(),
-                fault.line.told(),
-                back(fault.recovered.mean_error_ticks),
-                back(fault.recovered.cost_h_ticks),
-            ])?;
-        }
-        Ok(rows.flush()?)
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
+/// What the operating system said, where it did.
+fn io_error(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        kind => io::Error::other(format!("{kind:?}")),
+    }
+}
+
+fn ledger(rows: &mut csv::Writer<Lines>, summary: &Summary) -> csv::Result<()> {
+    rows.write_record(LEDGER_COLUMNS)?;
+    for (index, fault) in summary.faults.iter().enumerate() {
+        let tick = |tick: Option<u64>| tick.map(|tick| tick.to_string()).unwrap_or_default();
+        let back = |ticks: Option<u64>| match (fault.line.fired_tick, ticks) {
+            (None, _) => String::new(),
+            (Some(_), None) => "not recovered".into(),
+            (Some(_), Some(ticks)) => ticks.to_string(),
+        };
+        rows.write_record([
+            index.to_string(),
+            fault.line.kind.name().into(),
+            fault.line.planned_tick.to_string(),
+            tick(fault.line.until_tick),
+            tick(fault.line.fired_tick),
+            tick(fault.line.last_tick),
+            fault.line.robots.to_string(),
+            fault.line.told(),
+            back(fault.recovered.mean_error_ticks),
+            back(fault.recovered.cost_h_ticks),
+        ])?;
+    }
+    Ok(())
 }
 
 /// `csv` writes no flattened structures, so the packet columns are spelled out.

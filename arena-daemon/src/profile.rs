@@ -25,6 +25,7 @@ use std::{
     time::{Duration, SystemTime},
 };
 
+use files::WriteError;
 use protocol::{cycles::Source, setup::Mode};
 use serde::Serialize;
 
@@ -97,8 +98,8 @@ impl Profile {
     /// All histograms as an interval log at `path`, which is made anew.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub fn write_log(&self, path: &Path) -> anyhow::Result<()> {
+    /// If it cannot be written. What can be is there, by whole lines.
+    pub fn write_log(&self, path: &Path) -> Result<(), WriteError> {
         interval_log::write(self, path)
     }
 }

@@ -16,7 +16,7 @@ use protocol::{
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     live::{Live, Survey},
@@ -95,7 +95,7 @@ pub struct Standing {
 }
 
 /// Something unplanned that happened to a robot.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
     /// Index of the robot.
     pub robot: u32,

@@ -156,9 +156,18 @@ pub struct Summary {
     pub lag: Option<Lag>,
     /// What the agents took; `null` if nobody measured, as in process.
     pub agents: Option<Totals>,
+    /// Results that could not be written whole, and why. Those that fail after `summary.json` are in it only if there
+    /// was room to write it again.
+    pub unwritten: Vec<String>,
 }
 
 impl Summary {
+    /// Why the command that has run it fails: the run did, or not all it leaves could be written.
+    pub fn trouble(&self) -> Option<String> {
+        let all: Vec<&str> = self.failure.iter().chain(&self.unwritten).map(String::as_str).collect();
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+
     /// As `summary.json` holds it.
     pub fn json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("a summary is plain data");

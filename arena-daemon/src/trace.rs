@@ -19,6 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
 use arena::{Arena, scenario::Scenario};
+use files::WriteError;
 use protocol::setup::Mode;
 use serde_json::{Map, json};
 
@@ -54,7 +55,7 @@ impl Tracer {
         let about = about.as_object().cloned().unwrap_or_default().into_iter().chain(about_left_out());
         let (first, bytes_max) = (Recording::first_events(), options.max_mb * 1_000_000);
         let file = TraceFile::begin(path, bytes_max, &first, Map::from_iter(about))
-            .with_context(|| format!("cannot make {}; give --trace another name", path.display()))?;
+            .with_context(|| format!("--trace {}", path.display()))?;
         let is_traced = |index| options.robots.as_ref().is_none_or(|set| set.contains(index));
         let recording = Recording::new(Bound::new(file), mode, robots, is_traced);
         Ok(Self(Some(Arc::new(Mutex::new(recording)))))
@@ -71,8 +72,11 @@ impl Tracer {
     }
 
     /// The run is over: the rest is written.
-    pub fn finish(&self) {
-        self.with(Recording::finish);
+    ///
+    /// # Errors
+    /// If the trace ends early, because it could not be written.
+    pub fn finish(&self) -> Result<(), WriteError> {
+        self.0.as_ref().map_or(Ok(()), |recording| lock(recording).finish())
     }
 
     /// Whether the cycles of robot `index` are of interest.

@@ -17,7 +17,7 @@ use crate::{
     outputs::Outputs,
     pace::Overload,
     progress::Audience,
-    squad::{Squad, Standing},
+    squad::{Incident, Squad, Standing},
     stop::StopFlag,
     summary::Ending,
 };
@@ -51,6 +51,8 @@ pub struct Record {
     pub errors: Vec<Errors>,
     /// Where each robot was at first and at last.
     pub places: Vec<Place>,
+    /// What went wrong with agents without being planned: then the numbers are not those of the scenario.
+    pub incidents: Vec<Incident>,
     /// Whether the same squad can play another trial: every robot takes part in its first life.
     pub squad_is_whole: bool,
 }
@@ -99,7 +101,7 @@ pub fn play(
     let summary = engine::run(scenario, &mut arena, squad, plan, nowhere, stop, &mut |arena, answers| {
         watch.look(arena, answers);
         Ok(())
-    })?;
+    });
     let last = Errors {
         time_s: summary.virtual_time_s,
         mean_m: summary.end.mean_error_m,
@@ -121,6 +123,7 @@ pub fn play(
             .map(|((start_m, end_m), standing)| Place { start_m, end_m, alive: standing.alive })
             .collect(),
         squad_is_whole: summary.incidents.is_empty() && standings.iter().all(is_fresh),
+        incidents: summary.incidents,
     })
 }
 

@@ -21,7 +21,11 @@ use clap::{Args, ValueEnum};
 use logbook::Format;
 use serde::{Deserialize, Serialize};
 
-use self::{crew::Crew, folder::Folder, plan::Plan};
+use self::{
+    crew::{Crew, named},
+    folder::{Done, Folder},
+    plan::Plan,
+};
 use crate::{failure::Failure, log, run::Engine, say::say};
 
 /// What can be kept of every trial beside its row.
@@ -40,7 +44,7 @@ pub(crate) struct BatchArgs {
     #[arg(value_name = "SCENARIO")]
     file: PathBuf,
 
-    /// Trials of each setting: seeds S, S + 1, ...
+    /// Trials of each setting: seeds S, S + 1, ...; more than the batch in DIR has make it grow
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..))]
     trials: u64,
 
@@ -97,17 +101,23 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
     let crew = Crew::new(args, &plan)?;
-    let mut folder = Folder::open(&args.out, &plan).map_err(Failure::Usage)?;
+    let (mut folder, missing) = Folder::open(&args.out, &plan)?;
     let total = plan.len();
     if folder.done() > 0 {
         tracing::info!("{} of {total} trials are done already", folder.done());
     }
-    let mut outlook = Outlook::new(&plan, folder.done());
+    let mut outlook = Outlook::new(&plan, &missing);
     let mut meter = Meter::begin(Some(total as u64), args.quiet);
-    let signal = crew.play(&plan, folder.done(), &mut |index, done| {
-        folder.add(&plan.trial(index), &done)?;
+    let mut lost = Vec::new();
+    let signal = crew.play(&plan, &missing, &mut |index, done| {
+        let trial = plan.trial(index);
+        folder.add(&trial, &done)?;
+        if let Done::LostAgents = done {
+            lost.push(named(&trial));
+        }
         outlook.done += plan.weight(index);
-        meter.show(index as u64 + 1, || format!("{} of {total} trials, {}", index + 1, outlook.time_left()));
+        let done = folder.done();
+        meter.show(done as u64, || format!("{done} of {total} trials, {}", outlook.time_left()));
         Ok(())
     });
     drop(meter);
@@ -123,10 +133,20 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
             Err(Failure::Run(anyhow!("{} trials are missing", total - folder.done())))
         }
         None => {
+            folder.put_in_order(&plan).map_err(Failure::Run)?;
             let summary = summary::of(&plan, &folder.columns(&plan), &folder.rows().map_err(Failure::Run)?);
-            let json = folder.finish(&summary).map_err(Failure::Run)?;
+            let json = summary.json();
+            let written = folder.finish(&json);
             say(&if args.json { json } else { summary.lines() })?;
-            Ok(ExitCode::SUCCESS)
+            written?;
+            match lost.len() {
+                0 => Ok(ExitCode::SUCCESS),
+                count => Err(Failure::Run(anyhow!(
+                    "{count} of {total} trials lost agents each time they were played, and are left out of the \
+                     statistics: {}; the same command plays them again",
+                    lost.join(", ")
+                ))),
+            }
         }
     }
 }
@@ -140,8 +160,8 @@ struct Outlook {
 }
 
 impl Outlook {
-    fn new(plan: &Plan, from: usize) -> Self {
-        let all = (from..plan.len()).map(|index| plan.weight(index)).sum();
+    fn new(plan: &Plan, missing: &[usize]) -> Self {
+        let all = missing.iter().map(|&index| plan.weight(index)).sum();
         Self { began: Instant::now(), done: 0.0, all }
     }
 

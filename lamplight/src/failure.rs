@@ -2,13 +2,22 @@
 
 use std::{fmt, process::ExitCode};
 
+use files::WriteError;
+
 /// A failure with its exit status.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// Bad arguments or a bad scenario: nothing was started. Exit status 2.
     Usage(anyhow::Error),
-    /// The run failed. Exit status 1.
+    /// The run failed, or what it found cannot be written. Exit status 1.
     Run(anyhow::Error),
+}
+
+impl From<WriteError> for Failure {
+    /// The command was right: where it says to write could be opened.
+    fn from(error: WriteError) -> Self {
+        Self::run(error)
+    }
 }
 
 impl Failure {

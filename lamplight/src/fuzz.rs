@@ -5,8 +5,7 @@ mod plan;
 mod twin;
 
 use std::{
-    fs::{self, File},
-    io::{ErrorKind, Write},
+    fs,
     path::{Path, PathBuf},
     process::ExitCode,
     time::Instant,
@@ -21,6 +20,7 @@ use arena_daemon::{
     summary::Summary,
 };
 use clap::{Args, ValueEnum};
+use files::WriteError;
 use logbook::Format;
 use serde_json::{Value, json};
 
@@ -88,17 +88,17 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
 
     let began = Instant::now();
     let mut meter = Meter::begin(Some(args.runs), args.quiet);
-    let (mut done, mut failed) = (0, 0);
+    let (mut done, mut failed, mut repeated) = (0, 0, 0);
     for seed in base.seed..base.seed + args.runs {
         let scenario = plan::drawn(&base, seed);
-        let outcome = check(&scenario, workshop.as_ref(), &stop);
+        let outcome = check(&scenario, workshop.as_ref(), &stop, &mut repeated);
         if stop.is_raised() {
             break;
         }
         done += 1;
-        if let Err(what) = outcome {
+        if let Some(what) = outcome? {
             failed += 1;
-            let text = report(args, &scenario, &what)?;
+            let text = report(args, &scenario, &what);
             meter.aside(|| say(&text))?;
         }
         meter.show(done, || {
@@ -109,11 +109,12 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     drop(meter);
     match stop.signal() {
         Some(signal) => {
-            say(&format!("{done} of {} runs, {failed} failed; interrupted\n", args.runs))?;
+            let all = args.runs;
+            say(&format!("{done} of {all} runs, {failed} failed{}; interrupted\n", told(repeated)))?;
             Ok(ExitCode::from(exit_status(signal)))
         }
         None => {
-            say(&format!("{done} runs, {failed} failed\n"))?;
+            say(&format!("{done} runs, {failed} failed{}\n", told(repeated)))?;
             Ok(if failed > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
         }
     }
@@ -145,19 +146,57 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
     Ok(base)
 }
 
-/// Runs one scenario by one engine or both; the error says what does not hold.
-fn check(scenario: &Scenario, workshop: Option<&Workshop>, stop: &StopFlag) -> Result<(), String> {
+/// How many runs were repeated, if any.
+fn told(repeated: u64) -> String {
+    match repeated {
+        0 => String::new(),
+        count => format!(", {count} repeated because they lost processes"),
+    }
+}
+
+/// Runs one scenario by one engine or both, and says what does not hold, if something does not.
+///
+/// # Errors
+/// If it cannot be run, through no fault of its own.
+fn check(
+    scenario: &Scenario,
+    workshop: Option<&Workshop>,
+    stop: &StopFlag,
+    repeated: &mut u64,
+) -> Result<Option<String>, Failure> {
     let text = scenario.to_toml();
-    let scenario = Scenario::parse("drawn", &text, &[])
+    let summary = match as_it_must_be(&text, stop) {
+        Ok(summary) => summary,
+        Err(what) => return Ok(Some(what)),
+    };
+    let Some(workshop) = workshop else { return Ok(None) };
+    let mut twin = workshop.run(&text, scenario.seed, stop)?;
+    if let Some(why) =
+        twin.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
+    {
+        // Killed by hand, or by the system where memory is short. What is our own fault shows again.
+        tracing::warn!("seed {} is repeated: {why}", scenario.seed);
+        *repeated += 1;
+        twin = workshop.run(&text, scenario.seed, stop)?;
+    }
+    Ok(twin.and_then(|twin| agree(&summary, &twin)).err())
+}
+
+/// Runs a scenario in this process; the error says what does not hold.
+fn as_it_must_be(text: &str, stop: &StopFlag) -> Result<Summary, String> {
+    let scenario = Scenario::parse("drawn", text, &[])
         .map_err(|error| format!("the scenario that was drawn is refused: {error}"))?;
     let watcher = Watcher::of(&scenario);
     let summary =
         in_process::run_quietly(&scenario, stop, &mut |arena, answers| watcher.look(arena, answers))
             .map_err(|error| format!("{error:#}"))?;
     invariants::at_end(&summary)?;
-    let Some(workshop) = workshop else { return Ok(()) };
-    let twin = workshop.run(&text, scenario.seed, stop).map_err(|error| format!("{error:#}"))?;
-    agree(&summary, &twin)
+    Ok(summary)
+}
+
+/// The first agent that was lost without having been meant to be.
+fn lost(summary: &Value) -> Option<String> {
+    Some(summary["incidents"].get(0)?["what"].as_str()?.to_owned())
 }
 
 /// Do both engines say the same, and the processes nothing that was not planned?
@@ -175,14 +214,17 @@ fn agree(summary: &Summary, twin: &Value) -> Result<(), String> {
 }
 
 /// What a failed run says: what broke, how to repeat it, and where its scenario is.
-fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> Result<String, Failure> {
+fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
     let mut text =
         format!("seed {} failed: {what}\n  repeat: {}\n", scenario.seed, replay(args, scenario.seed));
     if let Some(folder) = &args.out {
-        let path = save(folder, scenario).map_err(Failure::Run)?;
-        text += &format!("  saved as {}\n", path.display());
+        match save(folder, scenario) {
+            Ok(path) => text += &format!("  saved as {}\n", path.display()),
+            // The command above repeats it all the same.
+            Err(error) => text += &format!("  not saved: {error}\n"),
+        }
     }
-    Ok(text)
+    text
 }
 
 /// The one command that repeats the run of this seed.
@@ -210,15 +252,15 @@ fn quoted(word: &str) -> String {
 }
 
 /// Writes the scenario of a failed run to a file of its own.
-fn save(folder: &Path, scenario: &Scenario) -> anyhow::Result<PathBuf> {
+fn save(folder: &Path, scenario: &Scenario) -> Result<PathBuf, WriteError> {
     let stem = format!("{}-seed-{}", name::plain(&scenario.name), scenario.seed);
     let names =
         std::iter::once(format!("{stem}.toml")).chain((2..).map(|copy| format!("{stem}-{copy}.toml")));
     for path in names.map(|name| folder.join(name)) {
-        match File::create_new(&path).and_then(|mut file| file.write_all(scenario.to_toml().as_bytes())) {
+        match files::create(&path, scenario.to_toml()) {
             Ok(()) => return Ok(path),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(error).with_context(|| format!("cannot write {}", path.display())),
+            Err(error) if error.is_already_there() => {}
+            Err(error) => return Err(error),
         }
     }
     unreachable!("there is always one more number")

@@ -40,7 +40,7 @@ pub(crate) fn run(
     stop: &StopFlag,
     observer: &mut Observer<'_>,
     live: Option<Arc<Live>>,
-) -> anyhow::Result<Summary> {
+) -> Summary {
     let mode = Mode::Lockstep;
     let squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
     let mut squad = squad.watched(live);
@@ -57,7 +57,7 @@ pub(crate) fn run_quietly(
     guarded(|| {
         let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
         let pace = Pace { speed: None, shares: false, audience: Audience::Nobody };
-        run(scenario, &mut arena, pace, outputs, stop, observer, None)
+        Ok(run(scenario, &mut arena, pace, outputs, stop, observer, None))
     })
 }
 

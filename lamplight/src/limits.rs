@@ -16,6 +16,8 @@ const MAPS_SPARE: u64 = 256;
 const PROCESSES_SPARE: u64 = 16;
 /// Shared memory per robot, bytes, once every buffer has been used; see docs/performance.md.
 const SHARED_MEMORY_PER_ROBOT: u64 = 120 * 1024;
+/// Largest file in shared memory, bytes: 66 kB in real time, 28 kB in lock-step, rounded up.
+const SHARED_FILE_MAX: u64 = 128 * 1024;
 /// Memory of an agent, bytes: its PSS, rounded up; see docs/performance.md.
 const MEMORY_PER_ROBOT: u64 = 640 * 1024;
 
@@ -62,6 +64,13 @@ enum Remedy {
 /// every limit that it meets, with what can be done. Agents and arena inherit the limit.
 pub(crate) fn prepare(robots: u32, plane: Plane) -> anyhow::Result<()> {
     raise_open_files(robots, plane)?;
+    if let Some(bytes) = getrlimit(Resource::Fsize).current.filter(|&bytes| bytes < SHARED_FILE_MAX) {
+        bail!(
+            "processes share memory by files of up to {SHARED_FILE_MAX} bytes, and no file may be larger than {bytes} \
+             bytes here\n\
+             hint: `ulimit -f unlimited` lifts that limit; or run with `--engine in-process`"
+        );
+    }
     let met: Vec<_> = limits(plane)?.into_iter().filter(|limit| limit.most() < robots.into()).collect();
     let Some(most) = met.iter().map(Limit::most).min() else { return Ok(()) };
     let reasons: Vec<String> = met.iter().map(|limit| limit.told(robots)).collect();

@@ -6,8 +6,7 @@
 //! own standard error is stuck), lines are lost and counted, and robots go on.
 
 use std::{
-    fs::File,
-    io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read, Write},
+    io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read},
     path::{Path, PathBuf},
     process::Stdio,
     sync::{Mutex, MutexGuard, PoisonError},
@@ -16,6 +15,7 @@ use std::{
 
 use anyhow::Context;
 use arena_daemon::progress::{beside_live_line, init_log};
+use files::{Lines, WriteError};
 use logbook::{
     Format,
     line::{JSON_BEGINS, MOST_BYTES},
@@ -46,15 +46,17 @@ pub(crate) fn keep_in(folder: &Path) {
         Format::Text => "log.txt",
         Format::Json => "log.jsonl",
     };
-    *kept() = Some(Kept { path: folder.join(name), file: None, bytes: 0, left_out: 0, most: KEPT_BYTES_MAX });
+    *kept() = Some(Kept::new(folder.join(name), KEPT_BYTES_MAX));
 }
 
-/// Ends the log in the run's folder; its last line says how many there was no room for.
-pub(crate) fn end() {
-    let Some(mut log) = kept().take() else { return };
+/// Ends the log in the run's folder; its last line says how many there was no room for. Returns whether the disk has
+/// taken all that was to be kept.
+pub(crate) fn end() -> bool {
+    let Some(mut log) = kept().take() else { return true };
     if let Some(line) = log.last_line() {
         let _ = beside_live_line(line.bytes());
     }
+    !log.is_broken
 }
 
 /// Where lines of this process go, and those that are gathered.
@@ -74,16 +76,22 @@ fn kept() -> MutexGuard<'static, Option<Kept>> {
 #[derive(Debug)]
 struct Kept {
     path: PathBuf,
-    file: Option<File>,
+    file: Option<Lines>,
     bytes: u64,
     /// Lines for which there was no room, or no disk.
     left_out: u64,
+    /// Whether there was no disk.
+    is_broken: bool,
     /// Bytes there is room for.
     most: u64,
 }
 
 impl Kept {
-    fn keep(&mut self, line: &[u8]) -> io::Result<()> {
+    fn new(path: PathBuf, most: u64) -> Self {
+        Self { path, file: None, bytes: 0, left_out: 0, is_broken: false, most }
+    }
+
+    fn keep(&mut self, line: &[u8]) -> Result<(), WriteError> {
         // Once something is left out, so is all that follows: a log with holes would deceive.
         if self.left_out > 0 || self.bytes + line.len() as u64 > self.most {
             self.left_out += 1;
@@ -93,19 +101,22 @@ impl Kept {
         self.append(line)
     }
 
-    fn append(&mut self, line: &[u8]) -> io::Result<()> {
+    fn append(&mut self, line: &[u8]) -> Result<(), WriteError> {
         let file = match &mut self.file {
             Some(file) => file,
-            None => self.file.insert(File::options().append(true).create(true).open(&self.path)?),
+            None => {
+                let length = self.path.metadata().map_or(0, |file| file.len());
+                self.file.insert(Lines::go_on(&self.path, length)?)
+            }
         };
-        file.write_all(line)
+        file.add(line)
     }
 
     /// From here on all is left out.
-    fn give_up(&mut self, error: &io::Error) -> logbook::line::Line {
+    fn give_up(&mut self, error: &WriteError) -> logbook::line::Line {
         self.left_out = 1;
-        let words =
-            format_args!("cannot write {}: {error}; the rest of the log is left out", self.path.display());
+        self.is_broken = true;
+        let words = format_args!("{error}; the rest of the log is left out");
         logbook::line(Level::WARN, module_path!(), &words)
     }
 
@@ -186,7 +197,7 @@ fn foreign(line: &[u8]) -> logbook::line::Line {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::{fs, io::Write};
 
     use super::*;
 
@@ -194,7 +205,7 @@ mod tests {
     fn a_log_that_is_full_says_how_much_is_missing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.txt");
-        let mut log = Kept { path: path.clone(), file: None, bytes: 0, left_out: 0, most: 10 };
+        let mut log = Kept::new(path.clone(), 10);
         for line in ["1234\n", "longer\n", "6789\n", "x\n"] {
             log.keep(line.as_bytes()).unwrap();
         }
@@ -208,7 +219,7 @@ mod tests {
     fn a_log_without_a_line_is_no_file_and_a_folder_that_is_gone_is_told_once() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("nowhere/log.txt");
-        let mut log = Kept { path: path.clone(), file: None, bytes: 0, left_out: 0, most: 10 };
+        let mut log = Kept::new(path.clone(), 10);
         assert!(log.last_line().is_none() && !path.exists());
         let error = log.keep(b"1234\n").unwrap_err();
         let told = log.give_up(&error);

@@ -42,29 +42,32 @@ enum Command {
     /// Trial i (from 0) of each setting has the seed S + i, where S is the scenario's seed or --seed. A trial ends
     /// after the scenario's duration_s, or at its convergence if convergence.stop is set. DIR gets trials.csv (a
     /// row per trial), summary.json (statistics per setting) and scenario.toml. Interrupted or killed, the same
-    /// command goes on where it was, and the result is the same to the last byte. Exit status: 0 if every trial
-    /// was played, 1 if one failed, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    /// command goes on where it was, and the result is the same to the last byte; with more --trials the batch grows.
+    /// A trial that loses agents which nobody planned to lose is played again, and marked and left out if it loses
+    /// some again. Exit status: 0 if every trial was played, 1 if one failed or lost agents again, or something
+    /// cannot be written, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
     Batch(batch::BatchArgs),
     /// Shrink a scenario: find the few faults and robots that a failure needs
     ///
     /// Runs the scenario in this process with ever fewer faults and robots, as long as the failure shows, and
     /// saves the smallest one that does. Interrupted, the same command goes on where it was: what it has found
-    /// out is kept in FILE.journal until it is done. Exit status: 0 if a result was saved, 1 if the failure
-    /// does not show in the whole scenario, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    /// out is kept in FILE.journal until it is done. Exit status: 0 if a result was saved, 1 if the failure does
+    /// not show in the whole scenario or the result cannot be saved, 2 for bad arguments or a bad scenario, 130 after
+    /// Ctrl-C.
     Shrink(shrink::ShrinkArgs),
     /// Fuzz a scenario: run it with random fault plans and check what must always hold
     ///
     /// Run i (from 0) has the seed S + i, where S is the scenario's seed or --seed. From it are drawn the start,
     /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
-    /// of the runs another channel. Each run lasts --duration, or else fuzz.duration_s, or else the scenario's
+    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts --duration, or else fuzz.duration_s, or else the scenario's
     /// duration_s, at most 20 seconds of virtual time. A failed run prints the command that repeats it. Exit
     /// status: 0 if no run failed, 1 if one did, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
     ///
     /// Writes DIR/report.html and DIR/figures/*.svg, and says where the page is. The same folder gives the same
-    /// bytes. Only what an earlier report wrote is written over. Exit status: 0, or 2 for a folder that is no run
-    /// and no batch, or whose files cannot be read.
+    /// bytes. Only what an earlier report wrote is written over. Exit status: 0, 1 if the page or a figure cannot be
+    /// written, 2 for a folder that is no run and no batch, or whose files cannot be read.
     Report(report::ReportArgs),
     /// Watch a live run in the terminal: how fast it goes, who is slow, who is waited for
     ///
@@ -80,7 +83,24 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let cli = Cli::parse();
+    let outcome = match files::survive_size_limit() {
+        Ok(()) => obey(cli.command),
+        Err(error) => Err(Failure::run(error)),
+    };
+    let status = outcome.unwrap_or_else(|failure: Failure| {
+        logbook::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
+        failure.exit_code()
+    });
+    match log::end() {
+        // Nothing else has failed.
+        false if status == ExitCode::SUCCESS => ExitCode::FAILURE,
+        _ => status,
+    }
+}
+
+fn obey(command: Command) -> Result<ExitCode, Failure> {
+    match command {
         Command::Run(args) => run::run(&args),
         Command::Batch(args) => batch::batch(&args),
         Command::Shrink(args) => shrink::shrink(&args),
@@ -90,11 +110,5 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
         Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),
-    };
-    let status = outcome.unwrap_or_else(|failure: Failure| {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
-        failure.exit_code()
-    });
-    log::end();
-    status
+    }
 }

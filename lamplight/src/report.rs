@@ -3,6 +3,7 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Args;
+use report::ReportError;
 
 use crate::{failure::Failure, say::say};
 
@@ -13,7 +14,10 @@ pub(crate) struct ReportArgs {
 }
 
 pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Failure> {
-    let page = report::report(&args.dir).map_err(Failure::usage)?;
+    let page = report::report(&args.dir).map_err(|error| match error {
+        ReportError::Unwritten(error) => error.into(),
+        error => Failure::usage(error),
+    })?;
     say(&format!("{}\n", page.display()))?;
     Ok(ExitCode::SUCCESS)
 }

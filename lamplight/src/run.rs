@@ -1,6 +1,6 @@
 //! `lamplight run`: one scenario, one engine.
 
-use std::{fs, process, process::ExitCode, sync::Arc};
+use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::{Context, anyhow};
 use arena::{
@@ -114,12 +114,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     };
     let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;
     say(&if args.json { text } else { summary_text::lines(&summary) })?;
-    let ended = &summary["ended"];
-    if *ended == json!(Ending::Failed) {
-        return Err(Failure::Run(anyhow!("{}", summary["failure"].as_str().unwrap_or("the run failed"))));
-    }
-    if *ended == json!(Ending::Interrupted) {
+    let trouble = trouble(&summary);
+    if summary["ended"] == json!(Ending::Interrupted) {
+        trouble.iter().for_each(|what| tracing::warn!("{what}"));
         return Ok(interrupted(outcome.signal));
+    }
+    if let Some(what) = trouble {
+        return Err(Failure::Run(anyhow!(what)));
     }
     let idle = never_fired(&scenario, &summary);
     idle.iter().for_each(|fault| tracing::warn!("{fault} never fired"));
@@ -129,6 +130,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         }
         _ => Ok(ExitCode::SUCCESS),
     }
+}
+
+/// What has gone wrong: the run itself, and results that could not be written.
+fn trouble(summary: &Value) -> Option<String> {
+    let failed = summary["ended"] == json!(Ending::Failed);
+    let failure = failed.then(|| summary["failure"].as_str().unwrap_or("the run failed"));
+    let unwritten = summary["unwritten"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let all: Vec<&str> = failure.into_iter().chain(unwritten).collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// The faults of the plan that did nothing.
@@ -163,8 +173,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
     let pace = Pace { speed: options.speed, shares: true, audience };
-    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content, live)
-        .map_err(Failure::Run)?;
+    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content, live);
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 
@@ -203,9 +212,7 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
 /// Runs the processes of a run that is ours.
 fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
     prepare_out(&args.options)?;
-    fs::write(run.scenario_path(), scenario.to_toml())
-        .with_context(|| format!("cannot write {}", run.scenario_path().display()))
-        .map_err(Failure::Run)?;
+    files::replace(&run.scenario_path(), scenario.to_toml())?;
     supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch, None)
         .map_err(Failure::Run)
 }

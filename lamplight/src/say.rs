@@ -11,7 +11,7 @@ pub(crate) fn say(text: &str) -> Result<(), Failure> {
     let mut output = io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::Run(anyhow!("cannot write to standard output: {error}")))
+            Err(Failure::Run(anyhow!("cannot write to standard output: {}", files::why(&error))))
         }
         _ => Ok(()),
     }

@@ -11,8 +11,6 @@ mod journal;
 mod swarm;
 
 use std::{
-    fs::File,
-    io::{ErrorKind, Write},
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -32,7 +30,7 @@ use serde_json::Value;
 use self::{
     ddmin::ddmin,
     expression::Expression,
-    journal::{Journal, JournalError},
+    journal::Journal,
     swarm::{fewest, with_robots},
 };
 use crate::{failure::Failure, in_process, log, name, say::say};
@@ -102,10 +100,21 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
     drop(meter);
     match outcome {
         Ok(small) => {
-            save(&out, &small, &args.options.file, &expression, (faults, robots))?;
-            journal.remove().map_err(Failure::run)?;
-            say(&account(&small, &expression, (faults, robots), tries, &out))?;
-            Ok(ExitCode::SUCCESS)
+            let text = result(&small, &args.options.file, &expression, (faults, robots));
+            let found = account(&small, &expression, (faults, robots), tries);
+            match files::create(&out, &text) {
+                Ok(()) => {
+                    journal.remove().map_err(Failure::run)?;
+                    say(&format!("{found}saved as {}\n", out.display()))?;
+                    Ok(ExitCode::SUCCESS)
+                }
+                Err(error) if error.is_already_there() => Err(Failure::Usage(already_there(&out))),
+                Err(error) => {
+                    // What took so long to find is not lost with the disk.
+                    say(&format!("{found}\n{text}"))?;
+                    Err(error.into())
+                }
+            }
         }
         Err(Halt::Interrupted(signal)) => {
             eprintln!(
@@ -128,12 +137,6 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
 enum Halt {
     Interrupted(i32),
     Failure(Failure),
-}
-
-impl From<JournalError> for Halt {
-    fn from(error: JournalError) -> Self {
-        Self::Failure(Failure::run(error))
-    }
 }
 
 struct Search {
@@ -193,7 +196,7 @@ impl Search {
             Some(shows) => shows,
             None => {
                 let shows = self.summary(&candidate)?.is_ok_and(|summary| self.expression.holds(&summary));
-                self.journal.record(key, shows)?;
+                self.journal.record(key, shows);
                 shows
             }
         };
@@ -233,37 +236,25 @@ fn already_there(out: &Path) -> anyhow::Error {
     anyhow!("{} is there already; give --out the name of a new file, or remove this one", out.display())
 }
 
-/// Writes the result, with a line about where it comes from.
-fn save(
-    out: &Path,
+/// The result, with a line about where it comes from.
+fn result(
     small: &Scenario,
     origin: &Path,
     expression: &Expression,
     (faults, robots): (usize, u32),
-) -> Result<(), Failure> {
+) -> String {
     let one_line = |text: String| text.replace(|c: char| c.is_control(), " ");
     let origin = one_line(origin.display().to_string());
     let expression = one_line(expression.to_string());
-    let text = format!(
+    format!(
         "# Shrunk from {origin} ({faults} faults, {robots} robots) by `lamplight shrink`; shows\n\
          #   {expression}\n\n{}",
         small.to_toml()
-    );
-    let written = File::create_new(out).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => Failure::Usage(already_there(out)),
-        _ => Failure::Run(anyhow!("cannot write {}: {error}", out.display())),
-    })
+    )
 }
 
 /// What was found, for a person.
-fn account(
-    small: &Scenario,
-    expression: &Expression,
-    (faults, robots): (usize, u32),
-    tries: u64,
-    out: &Path,
-) -> String {
+fn account(small: &Scenario, expression: &Expression, (faults, robots): (usize, u32), tries: u64) -> String {
     let mut text = format!(
         "{} of {faults} faults and {} of {robots} robots still show it ({expression}), found in {tries} tries\n",
         small.fault.len(),
@@ -272,7 +263,7 @@ fn account(
     for fault in &small.fault {
         text += &format!("  {}\n", in_one_line(fault));
     }
-    text + &format!("saved as {}\n", out.display())
+    text
 }
 
 /// `kill: at_s = 3.0, robots = "7"`.

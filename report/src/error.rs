@@ -28,7 +28,10 @@ pub enum ReportError {
         /// A way out.
         hint: &'static str,
     },
-    /// A file cannot be read or written.
+    /// What was made cannot be written.
+    #[error(transparent)]
+    Unwritten(#[from] files::WriteError),
+    /// A file cannot be read, or a folder cannot be made.
     #[error("{file}: {error}")]
     Io {
         /// The file.

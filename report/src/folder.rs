@@ -34,23 +34,23 @@ pub fn kind(folder: &Path) -> Result<Kind, ReportError> {
         .ok_or_else(|| ReportError::NotOurs { folder: folder.display().to_string() })
 }
 
-/// Writes `page` to `path`, and its figures into `figures/` beside it. Of files in the way only our own are
-/// written over, and nothing is written if one is not.
+/// Writes `page` to `path`, and its figures into `figures/` beside it, each whole or not at all. Of files in the way
+/// only our own are written over, and nothing is written if one is not.
 pub fn write(page: &Page, path: &Path) -> Result<(), ReportError> {
     let beside = path.parent().unwrap_or(Path::new("")).join("figures");
-    let mut files: Vec<(PathBuf, String, &str)> = Vec::new();
+    let mut all: Vec<(PathBuf, String, &str)> = Vec::new();
     for (name, figure) in page.figures().flat_map(page::Figure::files) {
-        files.push((beside.join(format!("{name}.svg")), figure.file(&name), svg::MARK));
+        all.push((beside.join(format!("{name}.svg")), figure.file(&name), svg::MARK));
     }
     // The page comes last: where it is, everything is.
-    files.push((path.to_path_buf(), page.html(), page::MARK));
-    for (file, _, mark) in &files {
+    all.push((path.to_path_buf(), page.html(), page::MARK));
+    for (file, _, mark) in &all {
         refuse_to_overwrite(file, mark)?;
     }
-    let made = if files.len() > 1 { beside } else { path.parent().unwrap_or(Path::new("")).to_path_buf() };
+    let made = if all.len() > 1 { beside } else { path.parent().unwrap_or(Path::new("")).to_path_buf() };
     fs::create_dir_all(&made).map_err(|error| ReportError::io(&made, error))?;
-    for (file, text, _) in &files {
-        fs::write(file, text).map_err(|error| ReportError::io(file, error))?;
+    for (file, text, _) in &all {
+        files::replace(file, text)?;
     }
     Ok(())
 }

@@ -118,19 +118,12 @@ impl LiveRun {
 
     /// Process of each agent that is alive, by robot.
     pub fn agents(&self) -> BTreeMap<u32, Pid> {
-        let ours = ["--run".to_owned(), self.name.clone(), "--robot".to_owned()];
-        processes("robot-agent")
-            .filter_map(|(pid, arguments)| {
-                let at = arguments.windows(3).position(|window| window == ours)?;
-                Some((arguments.get(at + 3)?.parse().ok()?, pid))
-            })
-            .collect()
+        agents_of(&self.name)
     }
 
     /// Process of the arena.
     pub fn arena(&self) -> Option<Pid> {
-        let ours = format!("--name={}", self.name);
-        processes("arena-daemon").find(|(_, arguments)| arguments.contains(&ours)).map(|(pid, _)| pid)
+        arena_of(&self.name)
     }
 
     /// Process of `lamplight` itself.
@@ -258,6 +251,23 @@ pub fn state(pid: Pid) -> Option<char> {
 fn entries_below(folder: &Path) -> usize {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.map(|entry| 1 + entries_below(&entry.path())).sum()
+}
+
+/// Process of each agent of the run `name` that is alive, by robot.
+pub fn agents_of(name: &str) -> BTreeMap<u32, Pid> {
+    let ours = ["--run", name, "--robot"];
+    processes("robot-agent")
+        .filter_map(|(pid, arguments)| {
+            let at = arguments.windows(3).position(|window| window == ours)?;
+            Some((arguments.get(at + 3)?.parse().ok()?, pid))
+        })
+        .collect()
+}
+
+/// Process of the arena of the run `name`.
+pub fn arena_of(name: &str) -> Option<Pid> {
+    let ours = format!("--name={name}");
+    processes("arena-daemon").find(|(_, arguments)| arguments.contains(&ours)).map(|(pid, _)| pid)
 }
 
 /// Number and arguments of every live process that runs `name`.

@@ -7,12 +7,14 @@ use std::{
     ffi::OsStr,
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Child, Command, Output, Stdio},
 };
 
+use rustix::process::{Pid, Signal};
+use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::{
-    live::wait_until,
+    live::{agents_of, arena_of, signal, wait_until},
     programs::{lamplight, said, scenario},
 };
 
@@ -122,6 +124,168 @@ fn rows_that_were_cut_short_are_dropped_and_played_again() {
     }
 }
 
+/// `SWEPT` with another number of trials.
+fn swept(trials: &'static str) -> Vec<&'static str> {
+    [&[SWEPT[0], trials], &SWEPT[2..]].concat()
+}
+
+#[test]
+fn a_batch_grows_to_the_bytes_of_one_that_was_played_at_once_wherever_it_is_killed() {
+    let place = Place::new();
+    let (whole, grown) = (place.out("whole"), place.out("grown"));
+    done("one-gaussian", &whole, &SWEPT);
+    done("one-gaussian", &grown, &swept("2"));
+    let lines = || fs::read_to_string(grown.join("trials.csv")).map_or(0, |text| text.lines().count());
+    for rows in [12, 18] {
+        let mut killed = batch("one-gaussian", &grown, &SWEPT).arg("--quiet").spawn().unwrap();
+        wait_until("it has grown by some trials", || lines() > rows);
+        killed.kill().unwrap();
+        killed.wait().unwrap();
+        assert!(!grown.join("summary.json").exists(), "it would speak of fewer trials than there are");
+    }
+    let last = done("one-gaussian", &grown, &SWEPT);
+    assert!(said(&last).contains(" of 24 trials are done already"), "{}", said(&last));
+    assert_eq!(contents(&whole), contents(&grown));
+
+    let fewer = refused("one-gaussian", &grown, &swept("2"));
+    assert!(fewer.contains("give --trials 6 or more"), "{fewer}");
+    assert_eq!(contents(&whole), contents(&grown));
+}
+
+#[test]
+fn a_grown_batch_that_is_killed_while_it_is_put_in_order_loses_nothing() {
+    let place = Place::new();
+    let (whole, grown) = (place.out("whole"), place.out("grown"));
+    done("one-gaussian", &whole, &SWEPT);
+    done("one-gaussian", &grown, &SWEPT);
+    // As they are before that: the last trials of each setting come last, and one table is in order already.
+    for (file, drafted) in [("trials.csv", false), ("errors.csv", true), ("positions.csv", false)] {
+        let path = grown.join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let is_late = |row: &&str| row.split(',').nth(1).unwrap().parse::<u32>().unwrap() >= 4;
+        let (late, early): (Vec<&str>, Vec<&str>) = rows.lines().partition(is_late);
+        let mixed = [vec![header], early, late].concat().join("\n") + "\n";
+        match drafted {
+            false => fs::write(&path, mixed).unwrap(),
+            true => fs::write(grown.join("errors.csv.draft"), &mixed[..mixed.len() / 2]).unwrap(),
+        }
+    }
+    fs::remove_file(grown.join("summary.json")).unwrap();
+    let last = done("one-gaussian", &grown, &SWEPT);
+    assert!(said(&last).contains("24 of 24 trials are done already"), "{}", said(&last));
+    assert_eq!(contents(&whole), contents(&grown));
+}
+
+/// A batch of processes long enough to be disturbed, while it goes on.
+struct Disturbed {
+    batch: Child,
+    /// Agents that have been killed or stopped, by process.
+    struck: Vec<Pid>,
+}
+
+const LONG: [&str; 8] = ["--trials", "2", "--robots", "4", "--duration", "1000", "--engine", "processes"];
+
+impl Disturbed {
+    fn start(out: &Path) -> Self {
+        let batch = batch("swarmbots", out, &LONG)
+            .args(["--keep", "errors", "--quiet"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self { batch, struck: Vec::new() }
+    }
+
+    /// The name of its run.
+    fn name(&self) -> String {
+        format!("swarmbots-{}", self.batch.id())
+    }
+
+    /// Sends a signal to robot 2 of a swarm that has not had one yet, once it is at work.
+    fn strike(&mut self, how: Signal) {
+        let name = self.name();
+        let mut agent = None;
+        wait_until("a new swarm is at work", || {
+            let agents = agents_of(&name);
+            agent = agents.get(&2).copied().filter(|pid| agents.len() == 4 && !self.struck.contains(pid));
+            agent.is_some_and(|pid| context_switches(pid) > 300)
+        });
+        signal(agent.unwrap(), how);
+        self.struck.push(agent.unwrap());
+    }
+
+    fn end(self) -> Output {
+        self.batch.wait_with_output().unwrap()
+    }
+}
+
+/// How often a process has waited: an agent that has joined does once per tick.
+fn context_switches(pid: Pid) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{}/status", pid.as_raw_pid())).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+    line.and_then(|count| count.trim().parse().ok()).unwrap_or(0)
+}
+
+#[test]
+fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again() {
+    let place = Place::new();
+    let (whole, lossy) = (place.out("whole"), place.out("lossy"));
+    let args = [&LONG[..], &["--keep", "errors"]].concat();
+    done("swarmbots", &whole, &args);
+
+    let mut once = Disturbed::start(&lossy);
+    once.strike(Signal::KILL);
+    let output = once.end();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(said(&output).contains("trial 0 of setting 0 (seed 1) is played again by a new swarm: robot 2"));
+    assert_eq!(contents(&whole), contents(&lossy));
+
+    fs::remove_dir_all(&lossy).unwrap();
+    let mut orphaned = Disturbed::start(&lossy);
+    let arena = || arena_of(&orphaned.name());
+    wait_until("the arena is there", || arena().is_some());
+    signal(arena().unwrap(), Signal::KILL);
+    // The next swarm has an arena of its own, and loses a robot as well.
+    orphaned.strike(Signal::KILL);
+    let output = orphaned.end();
+    assert!(said(&output).contains("is played again by a new swarm: the arena ended"), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert_eq!(column(&lossy, "ended"), ["lost-agents", "finished"]);
+
+    fs::remove_dir_all(&lossy).unwrap();
+    let mut twice = Disturbed::start(&lossy);
+    twice.strike(Signal::STOP);
+    twice.strike(Signal::KILL);
+    let output = twice.end();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(
+        said(&output).contains(
+            "error: 1 of 2 trials lost agents each time they were played, and are left out of the statistics: \
+             trial 0 of setting 0 (seed 1); the same command plays them again"
+        ),
+        "{}",
+        said(&output)
+    );
+    assert_eq!(column(&lossy, "ended"), ["lost-agents", "finished"]);
+    assert_eq!(column(&lossy, "mean_error_m")[0], "", "it has no numbers");
+    let summary: Value = serde_json::from_str(&contents(&lossy)["summary.json"]).unwrap();
+    let setting = &summary["settings"][0];
+    assert_eq!(setting["ended"], json!({ "finished": 1, "lost-agents": 1 }));
+    assert_eq!(setting["measures"]["cost_h"]["count"], 1);
+
+    let report = lamplight([OsStr::new("report"), lossy.as_os_str()]).output().unwrap();
+    assert!(report.status.success(), "{}", said(&report));
+    let page = fs::read_to_string(lossy.join("report.html")).unwrap();
+    assert!(page.contains("1 of 2 trials lost agents each time they were played, and are left out"));
+    fs::remove_file(lossy.join("report.html")).unwrap();
+    fs::remove_dir_all(lossy.join("figures")).unwrap();
+
+    let again = done("swarmbots", &lossy, &args);
+    assert!(said(&again).contains("1 of 2 trials are done already"), "{}", said(&again));
+    assert_eq!(contents(&whole), contents(&lossy));
+}
+
 #[test]
 fn a_finished_batch_is_not_played_again() {
     let place = Place::new();
@@ -229,8 +393,13 @@ fn a_batch_of_something_else_is_refused_and_left_alone() {
     let before = contents(&out);
     let other = refused("two-gaussians", &out, &args);
     assert!(other.contains("holds another batch") && other.contains("\"two-gaussians\" here"), "{other}");
-    let more = refused("one-gaussian", &out, &["--trials", "3", "--duration", "1"]);
-    assert!(more.contains("`trials` is 2 there and 3 here"), "{more}");
+    let robots = refused("one-gaussian", &out, &[&args[..], &["--robots", "10,12"]].concat());
+    assert!(robots.contains("`robots` is [10] there and [10,12] here"), "{robots}");
+    let fewer = refused("one-gaussian", &out, &["--trials", "1", "--duration", "1"]);
+    assert!(
+        fewer.contains("a batch of 2 trials, and --trials 1 is fewer; give --trials 2 or more"),
+        "{fewer}"
+    );
     let longer = refused("one-gaussian", &out, &["--trials", "2", "--duration", "2"]);
     assert!(longer.contains("`duration_s = 1.0` there and `duration_s = 2.0` here"), "{longer}");
     assert_eq!(contents(&out), before);
@@ -268,7 +437,7 @@ fn a_file_that_something_else_has_changed_is_not_taken_for_a_batch() {
 fn a_bad_batch_is_refused_before_anything_is_made() {
     let place = Place::new();
     let out = place.out("b");
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["--trials", "0"], "invalid value '0' for '--trials <K>'"),
         (&["--trials", "2", "--robots", "10,0"], "--robots 0"),
         (
@@ -279,6 +448,13 @@ fn a_bad_batch_is_refused_before_anything_is_made() {
         (&["--trials", "2", "--sweep", "seed=1,2"], "use --seed and --trials"),
         (&["--trials", "2", "--sweep", "field.offset=1", "--sweep", "field.offset=2"], "is given twice"),
         (&["--trials", "2", "--seed", "9223372036854775807"], "beyond the highest seed"),
+        (&["--trials", "2", "--robots", "5,9,5"], "--robots: 5 is given twice"),
+        (&["--trials", "2", "--keep", "errors,errors"], "--keep: errors is given twice"),
+        (&["--trials", "2", "--sweep", "field.offset=2,2"], "--sweep field.offset: 2 is given twice"),
+        (
+            &["--trials", "2", "--sweep", "controller.gain_per_s=1,2,1.0"],
+            "the values 1 and 1.0 come to the same scenario, which is given twice",
+        ),
     ];
     for (args, expected) in cases {
         let error = refused("one-gaussian", &out, args);

@@ -82,7 +82,7 @@ fn without_noise_and_in_a_sparse_swarm_collisions_only_cost_time() {
     // So patient that no row of misses makes a robot forget a neighbor: .16^16 per link and cycle.
     let exact = [&exact[..], &["controller.neighbor_timeout_cycles=16"]].concat();
     let ends = |sets: &[&str]| -> Vec<f64> {
-        (1..=8).map(|seed| final_state("one-gaussian", sets, seed).cost_h).collect()
+        (1..=8).map(|seed| final_state("one-gaussian", sets, seed).cost_h.unwrap()).collect()
     };
     let ideal = ends(&sparse);
     let isis = ends(&[&sparse[..], &exact].concat());

@@ -12,7 +12,7 @@ use std::{
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 use tests::{
-    live::wait_until,
+    live::{agents_of, signal, wait_until},
     programs::{lamplight, said, scenario},
 };
 
@@ -254,4 +254,33 @@ fn seeds_end_where_a_scenario_file_can_hold_them() {
         "{}",
         said(&output)
     );
+}
+
+#[test]
+fn a_fuzz_run_that_lost_an_agent_from_outside_is_repeated() {
+    let folder = folder();
+    let args = [
+        "--runs",
+        "1",
+        "--robots",
+        "4",
+        "--duration",
+        "300",
+        "--set",
+        "fuzz.kinds=[\"loss\"]",
+        "--seed",
+        "7",
+    ];
+    let fuzz = in_folder(&folder, "fuzz", &scenario("swarmbots"), &args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let agents = || agents_of(&format!("fuzz-{}-7", fuzz.id()));
+    wait_until("the swarm is there", || agents().len() == 4);
+    agents().values().take(1).for_each(|&pid| signal(pid, Signal::KILL));
+    let output = fuzz.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(stdout(&output), "1 runs, 0 failed, 1 repeated because they lost processes\n");
+    assert!(said(&output).contains("seed 7 is repeated: "), "{}", said(&output));
 }

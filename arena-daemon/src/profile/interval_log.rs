@@ -3,14 +3,10 @@
 //! One interval, the whole run, for each thing that is measured: first over all robots, tagged by its name (`cycle`),
 //! then for each robot (`robot=17.span=cycle`). Values are nanoseconds.
 
-use std::{
-    fs::File,
-    io::{BufWriter, Write},
-    path::Path,
-    time::Duration,
-};
+use std::{io::Write, path::Path, time::Duration};
 
 use anyhow::Context;
+use files::{Lines, WriteError};
 use hdrhistogram::serialization::{
     V2DeflateSerializer,
     interval_log::{IntervalLogWriterBuilder, Tag},
@@ -28,14 +24,11 @@ const LEGEND: &str =
 /// Writes it to a new file at `path`.
 ///
 /// # Errors
-/// If the file cannot be written.
-pub(super) fn write(profile: &Profile, path: &Path) -> anyhow::Result<()> {
-    let write = || -> anyhow::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
-        write_to(profile, &mut file)?;
-        Ok(file.flush()?)
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
+/// If the file cannot be written. What can be is there, by whole lines.
+pub(super) fn write(profile: &Profile, path: &Path) -> Result<(), WriteError> {
+    let mut log = Vec::new();
+    write_to(profile, &mut log).expect("memory takes all that is written to it, and our tags are valid");
+    Lines::create(path)?.add(&log)
 }
 
 fn write_to(profile: &Profile, file: &mut impl Write) -> anyhow::Result<()> {

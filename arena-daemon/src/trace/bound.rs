@@ -4,8 +4,9 @@
 //! full, the present tick and all later ones are left out, while cycles of earlier ticks still find the room that was
 //! kept for them.
 
-use std::{io, mem};
+use std::mem;
 
+use files::WriteError;
 use protocol::percept::Tick;
 use serde_json::{Value, json};
 
@@ -29,8 +30,10 @@ pub(super) struct Bound {
     cycles_bytes_max: u64,
     left_out_from: Option<Tick>,
     cycles_left_out: u64,
-    /// Whether the file cannot be written any more.
-    broken: bool,
+    /// The first tick of which something is not written yet.
+    unwritten_from: Option<Tick>,
+    /// Why the file cannot be written any more.
+    broken: Option<WriteError>,
 }
 
 /// Cycles that have come, as events, and how many they are.
@@ -47,7 +50,14 @@ pub(super) fn about_left_out() -> [(String, Value); 2] {
 
 impl Bound {
     pub(super) fn new(file: TraceFile) -> Self {
-        Self { file, cycles_bytes_max: 0, left_out_from: None, cycles_left_out: 0, broken: false }
+        Self {
+            file,
+            cycles_bytes_max: 0,
+            left_out_from: None,
+            cycles_left_out: 0,
+            unwritten_from: None,
+            broken: None,
+        }
     }
 
     /// Whether nothing of `tick` is kept any more.
@@ -72,7 +82,7 @@ impl Bound {
             self.cut(tick, now_ns);
         }
         if !self.leaves_out(tick) {
-            self.add(arena.bytes());
+            self.add(tick, arena.bytes());
         }
         arena.clear();
     }
@@ -81,7 +91,7 @@ impl Bound {
     pub(super) fn keep_cycles(&mut self, tick: Tick, now_ns: u64, cycles: &mut Cycles) {
         let count = mem::take(&mut cycles.count);
         if cycles.events.length() + MARGIN <= self.file.room() {
-            self.add(cycles.events.bytes());
+            self.add(tick, cycles.events.bytes());
         } else {
             // More of them have come than room was kept for.
             self.cycles_left_out += count;
@@ -99,7 +109,7 @@ impl Bound {
         let mut mark = Events::default();
         let args = json!({ "tick": tick });
         mark.instant(Scope::All, Track::ARENA, now_ns, "trace", "the trace is full", &args);
-        self.add(mark.bytes());
+        self.add(tick, mark.bytes());
         self.file.say("first_tick_left_out", tick);
         tracing::warn!(
             "the trace is full: from tick {tick} on everything is left out (--trace-max-mb makes it longer, \
@@ -108,32 +118,51 @@ impl Bound {
     }
 
     /// Nothing more comes.
-    pub(super) fn finish(&mut self) {
-        if self.broken {
-            return;
-        }
+    ///
+    /// # Errors
+    /// If the trace ends early, because it could not be written.
+    pub(super) fn finish(&mut self) -> Result<(), WriteError> {
         self.file.say("cycles_left_out", self.cycles_left_out);
-        match self.file.write() {
-            Ok(()) => {
+        if self.broken.is_none() {
+            let written = self.file.write();
+            self.see(written);
+        }
+        match self.broken.take() {
+            Some(error) => Err(error),
+            None => {
                 let (path, kb) = (self.file.path().display(), self.file.length() / 1000);
                 tracing::info!("trace: {path} ({kb} kB)");
+                Ok(())
             }
-            Err(error) => self.break_off(&error),
         }
     }
 
-    fn add(&mut self, events: &[u8]) {
-        if self.broken {
+    /// Adds events of `tick`.
+    fn add(&mut self, tick: Tick, events: &[u8]) {
+        if self.broken.is_some() {
             return;
         }
-        if let Err(error) = self.file.add(events) {
-            self.break_off(&error);
-        }
+        self.unwritten_from.get_or_insert(tick);
+        let written = self.file.add(events);
+        self.see(written);
     }
 
-    fn break_off(&mut self, error: &io::Error) {
-        self.broken = true;
-        tracing::warn!("the trace ends here: cannot write {}: {error}", self.file.path().display());
+    /// Sees whether the file can still be written.
+    fn see(&mut self, written: Result<(), WriteError>) {
+        match written {
+            Ok(()) if self.file.is_written() => self.unwritten_from = None,
+            Ok(()) => {}
+            Err(error) => {
+                tracing::warn!("the trace ends here: {error}");
+                if let (None, Some(tick)) = (self.left_out_from, self.unwritten_from) {
+                    self.left_out_from = Some(tick);
+                    self.file.say("first_tick_left_out", tick);
+                    // Where this has no room, the trace is whole without it.
+                    let _ = self.file.write();
+                }
+                self.broken = Some(error);
+            }
+        }
     }
 }
 
@@ -162,7 +191,7 @@ mod tests {
         (0..10).for_each(|tick| cycles_of(2, tick));
         cycles_of(1000, 10);
         cycles_of(2, 11);
-        bound.finish();
+        bound.finish().unwrap();
         let text = fs::read(&path).unwrap();
         let whole: Value = serde_json::from_slice(&text).unwrap();
         assert_eq!(whole["otherData"], json!({ "first_tick_left_out": 10, "cycles_left_out": 1000 }));

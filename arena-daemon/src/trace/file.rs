@@ -7,17 +7,22 @@
 //! ```
 //!
 //! What ends it is written with every piece, and written over by the next one. So a run that is killed leaves a trace
-//! that can be read.
+//! that can be read. On a disk that is full it is cut back to its last whole event; what ends it finds room where the
+//! piece that did not fit was begun.
 
 use std::{
-    fs::File,
-    io,
+    fs::{self, File},
+    io, mem,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
+use files::WriteError;
 use serde_json::{Map, Value};
+
+/// What stands between two events. Within one there is no end of a line.
+const BETWEEN_EVENTS: &[u8] = b",\n";
 
 /// Events are written once there are so many bytes of them, or after a second.
 const PIECE: usize = 256 << 10;
@@ -36,6 +41,8 @@ pub(super) struct TraceFile {
     written: Instant,
     /// What is said about the trace at its end.
     about: Map<String, Value>,
+    /// What ends the file as it is on disk.
+    end_written: String,
 }
 
 impl TraceFile {
@@ -43,24 +50,30 @@ impl TraceFile {
     /// grows to `bytes_max` at most, if only `first` and `about` are shorter.
     ///
     /// # Errors
-    /// If it is there already, or cannot be written.
+    /// If it is there already, or cannot be written. Then it is not in the way of the next attempt.
     pub(super) fn begin(
         path: &Path,
         bytes_max: u64,
         first: &str,
         about: Map<String, Value>,
-    ) -> io::Result<Self> {
+    ) -> Result<Self, WriteError> {
         let mut file = Self {
             path: path.into(),
-            file: File::create_new(path)?,
+            file: File::create_new(path).map_err(|error| WriteError::new(path, error))?,
             length: 0,
             pending: format!("{{\"traceEvents\":[\n{first}").into_bytes(),
             bytes_max,
             written: Instant::now(),
             about,
+            end_written: String::new(),
         };
-        file.write()?;
-        Ok(file)
+        match file.write() {
+            Ok(()) => Ok(file),
+            Err(error) => {
+                let _ = fs::remove_file(path);
+                Err(error)
+            }
+        }
     }
 
     /// Where it is.
@@ -83,11 +96,16 @@ impl TraceFile {
         self.about.insert(what.into(), value.into());
     }
 
+    /// Whether all events are written.
+    pub(super) fn is_written(&self) -> bool {
+        self.pending.is_empty()
+    }
+
     /// Adds events.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub(super) fn add(&mut self, events: &[u8]) -> io::Result<()> {
+    /// If they cannot be written, as in [`write`](Self::write).
+    pub(super) fn add(&mut self, events: &[u8]) -> Result<(), WriteError> {
         self.pending.extend_from_slice(events);
         if self.pending.len() >= PIECE || self.written.elapsed() >= AT_LEAST_EVERY {
             self.write()?;
@@ -98,16 +116,31 @@ impl TraceFile {
     /// Writes what is pending.
     ///
     /// # Errors
-    /// If it cannot be written.
-    pub(super) fn write(&mut self) -> io::Result<()> {
-        let (grown, end) = (self.pending.len(), self.end());
-        self.pending.extend_from_slice(end.as_bytes());
-        let written = self.file.write_all_at(&self.pending, self.length);
-        let whole = written.and_then(|()| self.file.set_len(self.length + self.pending.len() as u64));
-        self.pending.clear();
-        self.length += grown as u64;
+    /// If not all of it can be written. The file is whole all the same: it ends with the last event that fits.
+    pub(super) fn write(&mut self) -> Result<(), WriteError> {
+        let (pending, end) = (mem::take(&mut self.pending), self.end());
+        let written = self.put(&pending, end.clone());
+        if written.is_err() {
+            // Whatever has been there has room there.
+            let there =
+                self.file.metadata().map_or(0, |file| file.len().saturating_sub(self.length)) as usize;
+            let end = if end.len() <= there { end } else { self.end_written.clone() };
+            let fits = &pending[..pending.len().min(there.saturating_sub(end.len()))];
+            let whole = fits.windows(BETWEEN_EVENTS.len()).rposition(|bytes| bytes == BETWEEN_EVENTS);
+            // If not even this can be done, the reader of the error knows of the file.
+            let _ = self.put(&fits[..whole.unwrap_or(0)], end);
+        }
         self.written = Instant::now();
-        whole
+        written.map_err(|error| WriteError::new(&self.path, error))
+    }
+
+    /// Puts `events` and `end` where the file ends so far.
+    fn put(&mut self, events: &[u8], end: String) -> io::Result<()> {
+        self.file.write_all_at(&[events, end.as_bytes()].concat(), self.length)?;
+        self.length += events.len() as u64;
+        self.file.set_len(self.length + end.len() as u64)?;
+        self.end_written = end;
+        Ok(())
     }
 
     fn end(&self) -> String {
@@ -145,8 +178,8 @@ mod tests {
         let bytes = fs::metadata(&path).unwrap().len();
         assert!((399_998..=400_000).contains(&bytes), "{bytes}");
         assert_eq!(
-            TraceFile::begin(&path, 1, "0", Map::new()).unwrap_err().kind(),
-            io::ErrorKind::AlreadyExists
+            TraceFile::begin(&path, 1, "0", Map::new()).unwrap_err().to_string(),
+            format!("cannot write {}: File exists (os error 17)", path.display())
         );
     }
 }

@@ -1,6 +1,7 @@
 //! What happens in a run, as events of its trace.
 
 use arena::fault::{Act, Strike, ledger::Line};
+use files::WriteError;
 use protocol::{
     cycles::{Clock, Rate, Stamp},
     packet::Packet,
@@ -260,13 +261,16 @@ impl Recording {
     }
 
     /// The run is over, and all cycles have come.
-    pub(super) fn finish(&mut self) {
+    ///
+    /// # Errors
+    /// If the trace ends early, because it could not be written.
+    pub(super) fn finish(&mut self) -> Result<(), WriteError> {
         // A run that fails does so within a tick.
         self.tick_ends(std::iter::empty());
         self.draw_arrows();
         let (tick, ended_ns) = self.last_tick;
         self.bound.keep_cycles(tick, ended_ns, &mut self.cycles);
-        self.bound.finish();
+        self.bound.finish()
     }
 
     fn draw_arrows(&mut self) {

@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
+    mem,
     num::NonZeroUsize,
     sync::{
         atomic::{AtomicUsize, Ordering},
@@ -29,13 +29,13 @@ use protocol::{
 
 use super::{
     BatchArgs,
-    folder::Done,
+    folder::{Done, Played},
     plan::{Plan, Trial},
 };
 use crate::{
     failure::Failure,
     in_process, limits,
-    run::{Engine, default_name},
+    run::{Engine, Outcome, default_name},
     supervisor::{self, Watch},
 };
 
@@ -72,44 +72,49 @@ impl Crew {
         }
     }
 
-    /// Plays the trials of `plan` from number `from` on. Returns the signal that has cut it short, if one has.
+    /// Plays the trials of `plan` that are `missing`, in their order. Returns the signal that has cut it short, if one
+    /// has.
     ///
     /// # Errors
     /// The first trial that fails, after those before it have been kept; or what `keep` fails with.
-    pub(super) fn play(self, plan: &Plan, from: usize, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
+    pub(super) fn play(
+        self,
+        plan: &Plan,
+        missing: &[usize],
+        keep: &mut Keeper<'_>,
+    ) -> anyhow::Result<Option<i32>> {
         match self {
-            Self::Threads(threads) => by_threads(plan, from, threads, keep),
-            Self::Processes => by_processes(plan, from, keep),
+            Self::Threads(threads) => by_threads(plan, missing, threads, keep),
+            Self::Processes => by_processes(plan, missing, keep),
         }
     }
 }
 
 fn by_threads(
     plan: &Plan,
-    from: usize,
+    missing: &[usize],
     threads: usize,
     keep: &mut Keeper<'_>,
 ) -> anyhow::Result<Option<i32>> {
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
-    let (next, over) = (AtomicUsize::new(from), StopFlag::default());
+    let (next, over) = (AtomicUsize::new(0), StopFlag::default());
     let (sender, played) = mpsc::channel();
     let outcome = thread::scope(|scope| {
         for _ in 0..threads {
             let (sender, next, stop, over) = (sender.clone(), &next, &stop, &over);
             scope.spawn(move || {
                 while !stop.is_raised() && !over.is_raised() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= plan.len()
-                        || sender.send((index, played_in_process(plan, index, stop))).is_err()
-                    {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&index) = missing.get(at) else { break };
+                    if sender.send((index, played_in_process(plan, index, stop))).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(sender);
-        let outcome = in_order(from, &played, keep);
+        let outcome = in_order(missing, &played, keep);
         // Whoever is still at work need not begin another trial.
         over.raise(1);
         outcome
@@ -122,16 +127,18 @@ fn by_threads(
 
 /// Hands over what comes in any order, in order.
 fn in_order(
-    from: usize,
+    missing: &[usize],
     played: &mpsc::Receiver<(usize, anyhow::Result<Done>)>,
     keep: &mut Keeper<'_>,
 ) -> anyhow::Result<()> {
-    let (mut next, mut waiting) = (from, BTreeMap::new());
+    let (mut at, mut waiting) = (0, BTreeMap::new());
     for (index, outcome) in played {
         waiting.insert(index, outcome);
-        while let Some(outcome) = waiting.remove(&next) {
+        while let Some(&next) = missing.get(at)
+            && let Some(outcome) = waiting.remove(&next)
+        {
             keep(next, outcome?)?;
-            next += 1;
+            at += 1;
         }
     }
     Ok(())
@@ -154,7 +161,7 @@ fn done(plan: &Plan, trial: &Trial<'_>, record: Record, stop: &StopFlag) -> anyh
             exact.with_context(|| format!("{} with the exact controller", named(trial)))?.end.cost_h
         }
     };
-    Ok(Done { record, exact_cost_h })
+    Ok(Done::Played(Box::new(Played { record, exact_cost_h })))
 }
 
 /// Only a trial that went to its end counts.
@@ -166,59 +173,116 @@ fn whole(record: Record) -> anyhow::Result<Record> {
     }
 }
 
-fn named(trial: &Trial<'_>) -> String {
+/// What a trial is called in messages.
+pub(super) fn named(trial: &Trial<'_>) -> String {
     format!("trial {} of setting {} (seed {})", trial.trial, trial.setting, trial.scenario.seed)
 }
 
 /// Swarm after swarm; each plays trials as long as it is whole and they have as many robots as it.
-fn by_processes(plan: &Plan, from: usize, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
+fn by_processes(plan: &Plan, missing: &[usize], keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
     let watch = Watch::begin()?;
-    let mut next = from;
-    while next < plan.len() {
-        let before = next;
-        if let Some(signal) = one_swarm(plan, &mut next, &watch, keep)? {
+    let mut course = Course { plan, missing, is_second_time: false };
+    while !course.missing.is_empty() {
+        if let Some(signal) = one_swarm(&mut course, &watch, keep)? {
             return Ok(Some(signal));
-        }
-        if next == before {
-            return Err(anyhow!("{}: the arena ended without a result", named(&plan.trial(next))));
         }
     }
     Ok(None)
 }
 
-/// Plays trials from `next` on by one swarm of processes.
-fn one_swarm(
-    plan: &Plan,
-    next: &mut usize,
-    watch: &Watch,
-    keep: &mut Keeper<'_>,
-) -> anyhow::Result<Option<i32>> {
-    let scenario = plan.trial(*next).scenario;
+/// How far the trials have been played by processes. These may be lost without having been meant to be: killed by hand,
+/// or by the system where memory is short. Then a trial is not the one that was asked for, and a new swarm plays it
+/// again, once.
+#[derive(Debug)]
+struct Course<'a> {
+    plan: &'a Plan,
+    /// Those that are still to be played.
+    missing: &'a [usize],
+    /// Whether the first of them has been played before.
+    is_second_time: bool,
+}
+
+impl<'a> Course<'a> {
+    /// The trial that is played now, while there is one.
+    fn present(&self) -> Option<Trial<'a>> {
+        self.missing.first().map(|&index| self.plan.trial(index))
+    }
+
+    /// Takes what the present trial came to. Returns whether the same swarm can go on.
+    fn take(&mut self, record: Record, keep: &mut Keeper<'_>) -> anyhow::Result<bool> {
+        let Some((trial, &index)) = self.present().zip(self.missing.first()) else { return Ok(false) };
+        if record.ended == Ending::Interrupted {
+            return Ok(false);
+        }
+        if let Some(what) = record.failure {
+            return self.once_more(anyhow!(what)).map(|()| false);
+        }
+        let done = match &record.incidents[..] {
+            [] => {
+                let goes_on = record.squad_is_whole;
+                let done = done(self.plan, &trial, whole(record)?, &StopFlag::default())?;
+                self.keep_as(index, done, keep)?;
+                return Ok(goes_on);
+            }
+            _ if self.is_second_time => Done::LostAgents,
+            [first, ..] => return self.once_more(anyhow!("{}", first.what)).map(|()| false),
+        };
+        tracing::warn!("{} lost agents again; it is left out of the statistics", named(&trial));
+        self.keep_as(index, done, keep)?;
+        Ok(false)
+    }
+
+    fn keep_as(&mut self, index: usize, done: Done, keep: &mut Keeper<'_>) -> anyhow::Result<()> {
+        keep(index, done)?;
+        self.missing = &self.missing[1..];
+        self.is_second_time = false;
+        Ok(())
+    }
+
+    /// The present trial was lost: it is played again, unless it has been already.
+    fn once_more(&mut self, why: anyhow::Error) -> anyhow::Result<()> {
+        let named = self.present().map_or_else(String::new, |trial| named(&trial));
+        if mem::replace(&mut self.is_second_time, true) {
+            return Err(why.context(named));
+        }
+        tracing::warn!("{named} is played again by a new swarm: {why:#}");
+        Ok(())
+    }
+}
+
+/// Plays trials by one swarm of processes, until there are no more for it, or it has lost somebody. Returns the signal
+/// that has cut it short, if one has.
+fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
+    let Some(Trial { scenario, .. }) = course.present() else { return Ok(None) };
     let robots = scenario.robot_count();
     let (run, owner) = RunDir::create(default_name(&scenario))?;
-    let outcome = (|| {
-        fs::write(run.scenario_path(), scenario.to_toml())
-            .with_context(|| format!("cannot write {}", run.scenario_path().display()))?;
-        let next_trial = Box::new(|record: &str| {
-            let trial = plan.trial(*next);
-            let record: Record =
-                serde_json::from_str(record).context("the arena's record is not understood")?;
-            if record.ended == Ending::Interrupted {
-                return Ok(None);
-            }
-            let goes_on = record.squad_is_whole;
-            let record = whole(record).with_context(|| named(&trial))?;
-            keep(*next, done(plan, &trial, record, &StopFlag::default())?)?;
-            *next += 1;
-            let following = (goes_on && *next < plan.len()).then(|| plan.trial(*next).scenario);
-            Ok(following
-                .filter(|scenario| scenario.robot_count() == robots)
-                .map(|scenario| scenario.to_toml()))
+    let written = files::replace(&run.scenario_path(), scenario.to_toml());
+    let before = (course.missing.len(), course.is_second_time);
+    // What ends the batch, in contrast to what ends the swarm.
+    let mut failed = None;
+    let next_trial = Box::new(|record: &str| {
+        let record = serde_json::from_str(record).context("the arena's record is not understood");
+        let goes_on = record.and_then(|record| course.take(record, keep)).unwrap_or_else(|error| {
+            failed = Some(error);
+            false
         });
-        supervisor::run(&options(&scenario), &run, robots, &[], watch, Some(next_trial))
-    })();
+        let following = course.present().filter(|_| goes_on).map(|trial| trial.scenario);
+        Ok(following.filter(|scenario| scenario.robot_count() == robots).map(|scenario| scenario.to_toml()))
+    });
+    let outcome = written
+        .map_err(anyhow::Error::from)
+        .and_then(|()| supervisor::run(&options(&scenario), &run, robots, &[], watch, Some(next_trial)));
     run.remove_own(owner)?;
-    outcome.map(|outcome| outcome.signal)
+    let nothing_came = before == (course.missing.len(), course.is_second_time);
+    match (failed, outcome) {
+        (Some(error), _) => Err(error),
+        (None, Ok(Outcome { signal: Some(signal), .. })) => Ok(Some(signal)),
+        (None, Ok(_)) if nothing_came => {
+            course.once_more(anyhow!("the arena ended without a result")).map(|()| None)
+        }
+        (None, Ok(_)) => Ok(None),
+        (None, Err(error)) => course.once_more(error).map(|()| None),
+    }
 }
 
 /// The arena reads the scenario from the run's folder, and says nothing.

@@ -1,24 +1,34 @@
-//! The folder of a batch: what has been done is kept at once, in the order of the trials, and never twice.
+//! The folder of a batch: what has been done is kept at once, and never twice.
 //!
-//! `batch.json` marks the folder and says what the batch is, `trials.csv` has a row per trial, and
-//! `errors.csv` and `positions.csv` more of each, where they are kept. A trial counts as done once its row in
-//! `trials.csv` is whole, and that is written last. Rows that a killed batch has left unfinished are dropped.
+//! `batch.json` says what the batch is, `trials.csv` has a row per trial, and `errors.csv` and `positions.csv` more of
+//! each, where they are kept. A trial counts as done once its row in `trials.csv` is whole, and that is written last.
+//! What a killed batch has left unfinished is dropped, and so are the rows of trials that lost agents: these are played
+//! again.
+//!
+//! Trials are added in the order in which they are played. Where that is not the order of the plan, because the batch
+//! has grown or some are played again, the tables are put in order once all trials are there. Every step leaves a
+//! folder that the same command goes on with.
+
+mod table;
 
 use std::{
+    collections::{BTreeMap, BTreeSet},
     fmt::Write as _,
-    fs::{self, File, OpenOptions, TryLockError},
-    io::{self, ErrorKind, Seek, SeekFrom, Write},
+    fs::{self, File, TryLockError},
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, bail, ensure};
 use arena_daemon::trial::{Record, TOLERANCES_M};
-use serde::Serialize;
+use files::WriteError;
 
+use self::table::{Block, Row, Sheet, Table};
 use super::{
     Keep,
     plan::{Identity, Plan, Trial, scenario_difference},
 };
+use crate::failure::Failure;
 
 const BATCH: &str = "batch.json";
 const SCENARIO: &str = "scenario.toml";
@@ -62,12 +72,22 @@ pub(crate) const COLUMNS: [&str; 32] = [
     "packets_heard",
     "digest",
 ];
+/// How a trial ended that lost agents which nobody planned to lose, each time it was played.
+pub(super) const LOST_AGENTS: &str = "lost-agents";
 const ERRORS: [&str; 5] = ["setting", "trial", "time_s", "mean_error_m", "max_error_m"];
 const POSITIONS: [&str; 8] = ["setting", "trial", "robot", "start_x_m", "start_y_m", "x_m", "y_m", "alive"];
 
-/// What is kept of one trial.
+/// What came of one trial.
 #[derive(Debug)]
-pub(crate) struct Done {
+pub(crate) enum Done {
+    Played(Box<Played>),
+    /// It has no numbers that could be compared.
+    LostAgents,
+}
+
+/// What is kept of a trial.
+#[derive(Debug)]
+pub(crate) struct Played {
     pub(crate) record: Record,
     /// H under the exact controller from the same start, if asked for.
     pub(crate) exact_cost_h: Option<f64>,
@@ -83,55 +103,19 @@ pub(crate) struct Folder {
     /// What else is kept of each trial.
     kept: Vec<(Keep, Table)>,
     /// Holds the lock.
-    _batch: File,
+    _lock: File,
 }
 
 impl Folder {
-    /// Makes the folder of `plan`, or goes on with it where it was left.
+    /// Makes the folder of `plan`, or goes on with it where it was left, perhaps with more trials than it was begun
+    /// with. Also returns the trials that are to be played, by their numbers in the plan.
     ///
     /// # Errors
     /// If the folder holds something else, another batch, or this one while it is at work; or if its files
-    /// are not those of this batch.
-    pub(crate) fn open(path: &Path, plan: &Plan) -> anyhow::Result<Self> {
-        let shown = path.display();
-        refuse_foreign(path)?;
-        fs::create_dir_all(path)
-            .with_context(|| format!("cannot make the folder {shown}; give --out another one"))?;
-        let batch = ours(path, &plan.identity)?;
-        let scenario = path.join(SCENARIO);
-        let here = plan.base.to_toml();
-        match fs::read_to_string(&scenario) {
-            Ok(there) => {
-                if let Some(difference) = scenario_difference(&scenario, &there, &here) {
-                    bail!(
-                        "{shown} holds a batch of another scenario: {difference}; give --out another folder"
-                    );
-                }
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                fs::write(&scenario, here).with_context(|| format!("cannot write {}", scenario.display()))?
-            }
-            Err(error) => {
-                return Err(error).with_context(|| format!("cannot read {}", scenario.display()));
-            }
-        }
-        let mut trials = Table::open(path.join(TRIALS), &header(plan))?;
-        let (mut ends, ticks) = trials.rows_of(plan)?;
-        let mut kept = Vec::new();
-        for &keep in &plan.identity.keep {
-            let table = Table::open(path.join(keep.file()), &keep.header())?;
-            let rows = |index: usize| keep.rows(&plan.trial(index), ticks[index]);
-            let blocks = table.blocks_of(plan, ticks.len(), rows)?;
-            ends.truncate(blocks.len());
-            kept.push((keep, table, blocks));
-        }
-        let done = ends.len() - 1;
-        trials.cut(ends[done])?;
-        let kept = kept
-            .into_iter()
-            .map(|(keep, mut table, blocks)| table.cut(blocks[done]).map(|()| (keep, table)))
-            .collect::<anyhow::Result<_>>()?;
-        Ok(Self { path: path.to_path_buf(), done, trials, kept, _batch: batch })
+    /// are not those of this batch; or if they cannot be written.
+    pub(crate) fn open(path: &Path, plan: &Plan) -> Result<(Self, Vec<usize>), Failure> {
+        let lock = locked(path).map_err(Failure::Usage)?;
+        Found::read(path, plan).map_err(Failure::Usage)?.go_on(path, plan, lock).map_err(Failure::from)
     }
 
     /// Number of trials that are done.
@@ -139,21 +123,23 @@ impl Folder {
         self.done
     }
 
-    /// Keeps the next trial.
+    /// Keeps one more trial.
     pub(crate) fn add(&mut self, trial: &Trial<'_>, done: &Done) -> anyhow::Result<()> {
-        for (keep, table) in &mut self.kept {
-            match keep {
-                Keep::Errors => table.add(done.record.errors.iter().map(|sample| {
-                    let numbers = [Some(sample.time_s), sample.mean_m, sample.max_m];
-                    keys(trial).into_iter().chain(numbers.map(perhaps)).collect()
-                }))?,
-                Keep::Positions => {
-                    table.add(done.record.places.iter().enumerate().map(|(robot, place)| {
-                        let [[x, y], [end_x, end_y]] = [place.start_m, place.end_m];
-                        let numbers = [x, y, end_x, end_y].map(number);
-                        let [robot, alive] = [robot.to_string(), place.alive.to_string()];
-                        keys(trial).into_iter().chain([robot]).chain(numbers).chain([alive]).collect()
-                    }))?
+        if let Done::Played(played) = done {
+            for (keep, table) in &mut self.kept {
+                match keep {
+                    Keep::Errors => table.add(played.record.errors.iter().map(|sample| {
+                        let numbers = [Some(sample.time_s), sample.mean_m, sample.max_m];
+                        keys(trial).into_iter().chain(numbers.map(perhaps)).collect()
+                    }))?,
+                    Keep::Positions => {
+                        table.add(played.record.places.iter().enumerate().map(|(robot, place)| {
+                            let [[x, y], [end_x, end_y]] = [place.start_m, place.end_m];
+                            let numbers = [x, y, end_x, end_y].map(number);
+                            let [robot, alive] = [robot.to_string(), place.alive.to_string()];
+                            keys(trial).into_iter().chain([robot]).chain(numbers).chain([alive]).collect()
+                        }))?
+                    }
                 }
             }
         }
@@ -162,9 +148,23 @@ impl Folder {
         Ok(())
     }
 
+    /// Puts the trials in the order of the plan, now that all are there.
+    pub(crate) fn put_in_order(&mut self, plan: &Plan) -> anyhow::Result<()> {
+        let kept = self.kept.iter_mut().map(|(keep, table)| (keep.header(), table));
+        for (columns, table) in kept.chain([(header(plan), &mut self.trials)]) {
+            let sheet = Sheet::read(table.path(), columns)?;
+            let mut blocks = sheet.blocks_of(plan);
+            if !blocks.is_sorted_by_key(|block| block.trial) {
+                blocks.sort_by_key(|block| block.trial);
+                *table = sheet.with_only(&blocks)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Every row of `trials.csv`, as text.
     pub(crate) fn rows(&self) -> anyhow::Result<Vec<csv::StringRecord>> {
-        let mut reader = csv::Reader::from_path(&self.trials.path)?;
+        let mut reader = csv::Reader::from_path(self.trials.path())?;
         Ok(reader.records().collect::<Result<_, _>>()?)
     }
 
@@ -173,20 +173,103 @@ impl Folder {
         header(plan)
     }
 
-    /// Writes `summary.json`.
-    pub(crate) fn finish(&self, summary: &impl Serialize) -> anyhow::Result<String> {
-        let mut text = serde_json::to_string_pretty(summary).context("a summary is plain data")?;
-        text.push('\n');
-        let path = self.path.join(SUMMARY);
-        fs::write(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(text)
+    /// Writes `summary.json`, which is `text`.
+    pub(crate) fn finish(&self, text: &str) -> Result<(), WriteError> {
+        files::replace(&self.path.join(SUMMARY), text)
+    }
+}
+
+/// What a folder holds of a batch, before anything is changed in it.
+struct Found {
+    /// How many trials of each setting `batch.json` speaks of, if it is there.
+    trials_of_each: Option<u64>,
+    has_scenario: bool,
+    trials: Sheet,
+    rows: Vec<Row>,
+    kept: Vec<(Keep, Sheet)>,
+}
+
+impl Found {
+    /// Reads it; it must be of `plan`, or nothing.
+    fn read(path: &Path, plan: &Plan) -> anyhow::Result<Self> {
+        refuse_foreign(path)?;
+        let trials_of_each = trials_in(path, &plan.identity)?;
+        let has_scenario = has_scenario(path, &plan.base.to_toml())?;
+        let trials = Sheet::read(&path.join(TRIALS), header(plan))?;
+        let rows = trials.trials_of(plan)?;
+        let kept = plan.identity.keep.iter();
+        let kept = kept.map(|&keep| Ok((keep, Sheet::read(&path.join(keep.file()), keep.header())?)));
+        let kept = kept.collect::<anyhow::Result<_>>()?;
+        Ok(Self { trials_of_each, has_scenario, trials, rows, kept })
+    }
+
+    /// Completes what every batch has, and drops what is not whole.
+    fn go_on(self, path: &Path, plan: &Plan, lock: File) -> Result<(Folder, Vec<usize>), WriteError> {
+        let Self { trials_of_each, has_scenario, trials, rows, kept } = self;
+        let ticks: BTreeMap<usize, u64> =
+            rows.iter().filter_map(|row| Some((row.trial, row.ticks?))).collect();
+        let mut done: BTreeSet<usize> = ticks.keys().copied().collect();
+        let blocks_of = |(keep, sheet): (Keep, Sheet)| {
+            let mut blocks = sheet.blocks_of(plan);
+            blocks.retain(|Block { trial, rows, .. }| {
+                ticks.get(trial).is_some_and(|&ticks| keep.rows(&plan.trial(*trial), ticks) == *rows)
+            });
+            let whole: BTreeSet<usize> = blocks.iter().map(|block| block.trial).collect();
+            done.retain(|trial| whole.contains(trial));
+            (keep, sheet, blocks)
+        };
+        let kept: Vec<_> = kept.into_iter().map(blocks_of).collect();
+        let missing: Vec<usize> = (0..plan.len()).filter(|trial| !done.contains(trial)).collect();
+
+        for name in [BATCH, SCENARIO, TRIALS, SUMMARY, Keep::Errors.file(), Keep::Positions.file()] {
+            // What a killed batch was about to put in a file's place.
+            remove(&files::draft_of(&path.join(name)))?;
+        }
+        if trials_of_each != Some(plan.identity.trials) {
+            let mut text = serde_json::to_string_pretty(&plan.identity).expect("an identity is plain data");
+            text.push('\n');
+            files::replace(&path.join(BATCH), text)?;
+        }
+        if !has_scenario {
+            files::replace(&path.join(SCENARIO), plan.base.to_toml())?;
+        }
+        if !missing.is_empty() {
+            // It does not speak of the trials to come.
+            remove(&path.join(SUMMARY))?;
+        }
+        if rows.len() > done.len() {
+            tracing::info!("{} trials that are not whole are played again", rows.len() - done.len());
+        }
+        let only_done = |mut blocks: Vec<Block>| {
+            blocks.retain(|block| done.contains(&block.trial));
+            blocks
+        };
+        let rows = only_done(trials.blocks_of(plan));
+        let trials = trials.with_only(&rows)?;
+        let kept = kept.into_iter();
+        let kept = kept.map(|(keep, sheet, blocks)| Ok((keep, sheet.with_only(&only_done(blocks))?)));
+        let kept = kept.collect::<Result<_, WriteError>>()?;
+        Ok((Folder { path: path.to_path_buf(), done: done.len(), trials, kept, _lock: lock }, missing))
+    }
+}
+
+/// The folder `path`, made if it is not there, and held by a lock on itself.
+fn locked(path: &Path) -> anyhow::Result<File> {
+    let shown = path.display();
+    ensure!(!path.exists() || path.is_dir(), "{shown} is a file; give --out the name of a folder");
+    fs::create_dir_all(path)
+        .with_context(|| format!("cannot make the folder {shown}; give --out another one"))?;
+    let folder = File::open(path).with_context(|| format!("cannot open {shown}"))?;
+    match folder.try_lock() {
+        Ok(()) => Ok(folder),
+        Err(TryLockError::WouldBlock) => bail!("another `lamplight batch` is at work in {shown}"),
+        Err(TryLockError::Error(error)) => Err(error).with_context(|| format!("cannot lock {shown}")),
     }
 }
 
 /// Refuses a folder that holds something which is no batch.
 fn refuse_foreign(path: &Path) -> anyhow::Result<()> {
     let shown = path.display();
-    ensure!(!path.exists() || path.is_dir(), "{shown} is a file; give --out the name of a folder");
     if path.join(BATCH).exists() {
         return Ok(());
     }
@@ -199,156 +282,54 @@ fn refuse_foreign(path: &Path) -> anyhow::Result<()> {
     }
 }
 
-/// The mark of the folder, locked; it must be that of `identity`.
-fn ours(folder: &Path, identity: &Identity) -> anyhow::Result<File> {
+/// How many trials of each setting the batch in `folder` was begun with, if there is one; it may differ from
+/// `identity` in nothing else, and may not have more.
+fn trials_in(folder: &Path, identity: &Identity) -> anyhow::Result<Option<u64>> {
     let (path, shown) = (folder.join(BATCH), folder.display());
-    if !path.exists() {
-        // Whole or not at all, also if we are killed here.
-        let draft = folder.join(format!("{BATCH}.{}", std::process::id()));
-        let mut text = serde_json::to_string_pretty(identity).context("an identity is plain data")?;
-        text.push('\n');
-        fs::write(&draft, text)
-            .and_then(|()| fs::rename(&draft, &path))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    let file = File::open(&path).with_context(|| format!("cannot open {}", path.display()))?;
-    match file.try_lock() {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => bail!("another `lamplight batch` is at work in {shown}"),
-        Err(TryLockError::Error(error)) => {
-            return Err(error).with_context(|| format!("cannot lock {}", path.display()));
-        }
-    }
-    let there: Identity = serde_json::from_reader(&file)
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error).with_context(|| format!("cannot read {}", path.display())),
+    };
+    let there: Identity = serde_json::from_str(&text)
         .with_context(|| format!("{} is not a batch's; give --out another folder", path.display()))?;
-    match there.difference(identity) {
-        Some(difference) => {
-            bail!("{shown} holds another batch: {difference}; give --out another folder, or the same command")
-        }
-        None => Ok(file),
+    if let Some(difference) = there.difference(identity) {
+        bail!(
+            "{shown} holds another batch: {difference}; give --out another folder, or the same command (it may only \
+             have more --trials)"
+        );
+    }
+    ensure!(
+        there.trials <= identity.trials,
+        "{shown} holds a batch of {0} trials, and --trials {1} is fewer; give --trials {0} or more, or --out another \
+         folder",
+        there.trials,
+        identity.trials
+    );
+    Ok(Some(there.trials))
+}
+
+/// Whether there is a scenario in `folder`; it must be the one that is `here`.
+fn has_scenario(folder: &Path, here: &str) -> anyhow::Result<bool> {
+    let path = folder.join(SCENARIO);
+    match fs::read_to_string(&path) {
+        Ok(there) => match scenario_difference(&path, &there, here) {
+            Some(difference) => bail!(
+                "{} holds a batch of another scenario: {difference}; give --out another folder",
+                folder.display()
+            ),
+            None => Ok(true),
+        },
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error).with_context(|| format!("cannot read {}", path.display())),
     }
 }
 
-/// A CSV file that grows by whole rows.
-#[derive(Debug)]
-struct Table {
-    path: PathBuf,
-    file: File,
-    /// What the file held when it was opened.
-    text: String,
-}
-
-impl Table {
-    /// Opens a file and sees that it has these columns; begins it if it is new.
-    fn open(path: PathBuf, columns: &[String]) -> anyhow::Result<Self> {
-        let shown = path.display();
-        let header = lines([columns.to_vec()])?;
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path)
-            .with_context(|| format!("cannot open {shown}"))?;
-        let mut text = io::read_to_string(&file).with_context(|| format!("cannot read {shown}"))?;
-        if !text.starts_with(&header) {
-            // A header that was cut short is no more than the beginning of a file.
-            ensure!(
-                header.starts_with(&text),
-                "{shown} has other columns than this batch; give --out another folder"
-            );
-            text = header;
-            file.set_len(0)?;
-            file.rewind()?;
-            file.write_all(text.as_bytes()).with_context(|| format!("cannot write {shown}"))?;
-        }
-        Ok(Self { path, file, text })
-    }
-
-    /// The whole rows below the header: where each ends, and its fields.
-    fn whole_rows(&self) -> impl Iterator<Item = (usize, csv::StringRecord)> {
-        let mut end = 0;
-        let lines = self.text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-        let rows = lines.map(move |line| {
-            end += line.len();
-            let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
-            (end, reader.records().next().and_then(Result::ok).unwrap_or_default())
-        });
-        rows.skip(1)
-    }
-
-    fn header_bytes(&self) -> usize {
-        self.text.find('\n').map_or(0, |end| end + 1)
-    }
-
-    /// For `trials.csv`: where each trial ends (and before them all, where the header does), and its ticks.
-    fn rows_of(&self, plan: &Plan) -> anyhow::Result<(Vec<usize>, Vec<u64>)> {
-        let columns = header(plan);
-        let ticks_at = columns.iter().position(|column| column == "ticks").expect("it is one of ours");
-        let (mut ends, mut ticks) = (vec![self.header_bytes()], Vec::new());
-        for (index, (end, fields)) in self.whole_rows().enumerate() {
-            let named = || format!("{}, line {}", self.path.display(), index + 2);
-            ensure!(index < plan.len(), "{}: the batch has no more than {} trials", named(), plan.len());
-            let expected = keys_of_row(&plan.trial(index));
-            let ours = fields.len() == columns.len() && fields.iter().zip(&expected).all(|(a, b)| a == b);
-            let count = fields.get(ticks_at).and_then(|ticks| ticks.parse().ok());
-            match count.filter(|_| ours) {
-                Some(count) => {
-                    ends.push(end);
-                    ticks.push(count);
-                }
-                None => bail!(
-                    "{}: this is not trial {} of setting {} of this batch; something else has changed the file; \
-                     give --out another folder",
-                    named(),
-                    expected[1],
-                    expected[0]
-                ),
-            }
-        }
-        Ok((ends, ticks))
-    }
-
-    /// For a file with several rows per trial: where each of the first `done` trials ends (and before them
-    /// all, where the header does), as far as their rows are all there.
-    fn blocks_of(&self, plan: &Plan, done: usize, rows: impl Fn(usize) -> u64) -> anyhow::Result<Vec<usize>> {
-        let mut ends = vec![self.header_bytes()];
-        let mut table = self.whole_rows().peekable();
-        for index in 0..done {
-            let expected = keys(&plan.trial(index));
-            let mut end = None;
-            for _ in 0..rows(index) {
-                let ours = |(_, fields): &(usize, csv::StringRecord)| {
-                    fields.iter().zip(&expected).all(|(a, b)| a == b)
-                };
-                match table.next_if(ours) {
-                    Some((at, _)) => end = Some(at),
-                    None => return Ok(ends),
-                }
-            }
-            ends.extend(end);
-        }
-        Ok(ends)
-    }
-
-    /// Drops everything from byte `end` on; what comes goes there.
-    fn cut(&mut self, end: usize) -> anyhow::Result<()> {
-        let end = end as u64;
-        let mut mend = || {
-            if self.text.len() as u64 > end {
-                tracing::info!("{}: the rows of an unfinished trial are dropped", self.path.display());
-                self.file.set_len(end)?;
-            }
-            self.file.seek(SeekFrom::Start(end))
-        };
-        mend().with_context(|| format!("cannot mend {}", self.path.display()))?;
-        self.text = String::new();
-        Ok(())
-    }
-
-    fn add(&mut self, rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<()> {
-        let text = lines(rows)?;
-        self.file.write_all(text.as_bytes()).with_context(|| format!("cannot write {}", self.path.display()))
+/// Removes a file, if it is there.
+fn remove(path: &Path) -> Result<(), WriteError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(WriteError::new(path, error)),
+        _ => Ok(()),
     }
 }
 
@@ -397,7 +378,15 @@ fn keys_of_row(trial: &Trial<'_>) -> Vec<String> {
     keys
 }
 
-fn row(trial: &Trial<'_>, Done { record, exact_cost_h }: &Done) -> Vec<String> {
+fn row(trial: &Trial<'_>, done: &Done) -> Vec<String> {
+    let Done::Played(played) = done else {
+        // No numbers, so that nobody counts them by mistake.
+        let mut row = keys_of_row(trial);
+        row.push(LOST_AGENTS.into());
+        row.resize(COLUMNS.len() + trial.of.values.len(), String::new());
+        return row;
+    };
+    let Played { record, exact_cost_h } = &**played;
     let end = &record.end;
     let ended = serde_json::to_value(record.ended).expect("an ending is a word");
     let mut row = keys_of_row(trial);
@@ -425,14 +414,6 @@ fn number(value: f64) -> String {
 /// The same of a value that may not be there.
 fn perhaps(value: Option<f64>) -> String {
     value.map(number).unwrap_or_default()
-}
-
-/// Rows as CSV has them.
-fn lines(rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.into_iter().try_for_each(|row| writer.write_record(row))?;
-    let bytes = writer.into_inner().map_err(|error| anyhow!("{error}"))?;
-    Ok(String::from_utf8(bytes)?)
 }
 
 const _: () = assert!(TOLERANCES_M.len() == 5, "COLUMNS names each tolerance twice");

@@ -2,13 +2,14 @@
 //!
 //! In:  the options. Out: a [`Plan`] whose every scenario has been checked, so that nothing stops it half-way.
 
-use std::{path::Path, slice};
+use std::{collections::BTreeMap, path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{
     placement,
     scenario::{Override, Scenario},
 };
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
@@ -16,9 +17,8 @@ use crate::fuzz::SEED_MAX;
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
-/// What an [`Identity`] is compared by, the most telling first.
-const KEYS: [&str; 9] =
-    ["format", "scenario", "engine", "trials", "seed", "robots", "sweeps", "exact", "keep"];
+/// What an [`Identity`] is compared by, the most telling first. A batch may grow by trials.
+const KEYS: [&str; 8] = ["format", "scenario", "engine", "seed", "robots", "sweeps", "exact", "keep"];
 /// Most combinations of robot counts and swept values.
 const SETTINGS_MAX: usize = 10_000;
 
@@ -83,6 +83,9 @@ impl Plan {
         {
             bail!("--sweep {0} is given twice; list all its values in one: --sweep {0}=a,b,c", twice.1.key);
         }
+        if let Some(twice) = given_twice(&args.robots) {
+            bail!("--robots: {twice} is given twice; list each number of robots once");
+        }
         let text = Scenario::text_of(&args.file)?;
         let source = args.file.display().to_string();
         let overrides = args.overrides()?;
@@ -114,6 +117,7 @@ impl Plan {
                 Setting::new(Scenario::parse(&source, &text, &all)?, values, args.trials)
             })
             .collect::<anyhow::Result<_>>()?;
+        refuse_equal(&settings)?;
         let mut robots: Vec<u32> = settings.iter().map(|setting| setting.scenario.robot_count()).collect();
         robots.dedup();
         let identity = Identity {
@@ -125,7 +129,7 @@ impl Plan {
             robots,
             sweeps,
             exact: args.exact,
-            keep: args.kept(),
+            keep: args.kept()?,
         };
         Ok(Self { identity, base, settings })
     }
@@ -145,6 +149,12 @@ impl Plan {
         Trial { setting, trial, of, scenario }
     }
 
+    /// Number of `trial` of `setting`, if there is one.
+    pub(crate) fn number(&self, setting: usize, trial: u64) -> Option<usize> {
+        let is_ours = setting < self.settings.len() && trial < self.identity.trials;
+        is_ours.then(|| setting * self.identity.trials as usize + trial as usize)
+    }
+
     /// How much work a trial may be, in robot-ticks.
     pub(crate) fn weight(&self, index: usize) -> f64 {
         let scenario = &self.settings[index / self.identity.trials as usize].scenario;
@@ -153,7 +163,7 @@ impl Plan {
 }
 
 impl Identity {
-    /// The first thing in which another batch differs.
+    /// The first thing in which another batch differs, but for the number of its trials.
     pub(crate) fn difference(&self, other: &Self) -> Option<String> {
         let [there, here] = [self, other].map(|identity| serde_json::to_value(identity).expect("plain data"));
         let key = KEYS.into_iter().find(|&key| there[key] != here[key])?;
@@ -174,8 +184,8 @@ impl Sweep {
             key if COLUMNS.contains(&key) => bail!("--sweep {key}: trials.csv has a column of this name"),
             _ => {}
         }
-        if let Some(twice) = values.iter().enumerate().find(|(i, value)| values[..*i].contains(value)) {
-            bail!("--sweep {key}: the value {} is there twice", twice.1);
+        if let Some(twice) = given_twice(&values) {
+            bail!("--sweep {key}: {twice} is given twice; list each value once");
         }
         let sweep = Self { key, values };
         sweep.values.iter().try_for_each(|value| sweep.set(value).map(drop))?;
@@ -218,12 +228,35 @@ impl BatchArgs {
         Ok(overrides)
     }
 
-    fn kept(&self) -> Vec<Keep> {
+    fn kept(&self) -> anyhow::Result<Vec<Keep>> {
+        if let Some(twice) = given_twice(&self.keep) {
+            let twice = twice.to_possible_value().expect("nothing that is kept is hidden");
+            bail!("--keep: {} is given twice; list each once", twice.get_name());
+        }
         let mut kept = self.keep.clone();
         kept.sort_unstable();
-        kept.dedup();
-        kept
+        Ok(kept)
     }
+}
+
+/// What a list names a second time, if anything.
+fn given_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
+    list.iter().enumerate().find(|(at, it)| list[..*at].contains(it)).map(|(_, it)| it)
+}
+
+/// Refuses settings that come to the same scenario: one value spelled in two ways, as 1 and 1.0.
+fn refuse_equal(settings: &[Setting]) -> anyhow::Result<()> {
+    let mut seen = BTreeMap::new();
+    for Setting { values, scenario } in settings {
+        if let Some(before) = seen.insert(scenario.to_toml(), values) {
+            bail!(
+                "--sweep: the values {} and {} come to the same scenario, which is given twice; list each once",
+                before.join(", "),
+                values.join(", ")
+            );
+        }
+    }
+    Ok(())
 }
 
 fn spelled(set: &str, spelling: String) -> anyhow::Result<Override> {
@@ -311,7 +344,7 @@ mod tests {
         let error = |text: &str| Sweep::parse(text).unwrap_err().to_string();
         assert_eq!(error("field.offset"), "--sweep field.offset: expected key.path=a,b,c");
         assert_eq!(error("field.offset=1,,2"), "--sweep field.offset=1,,2: a value is missing");
-        assert_eq!(error("field.offset=1,1"), "--sweep field.offset: the value 1 is there twice");
+        assert_eq!(error("field.offset=1,1"), "--sweep field.offset: 1 is given twice; list each value once");
         assert!(error("seed=1,2").contains("use --seed and --trials"));
     }
 }

@@ -44,7 +44,7 @@ struct SettingSummary {
     measures: BTreeMap<String, Statistics>,
 }
 
-/// Statistics of the trials that have a value.
+/// Statistics of the trials that have a value: those that lost agents have none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Statistics {
     /// Trials that have one.
@@ -108,6 +108,13 @@ pub(super) fn of(plan: &Plan, columns: &[String], rows: &[csv::StringRecord]) ->
 }
 
 impl Summary {
+    /// As `summary.json` holds it.
+    pub(super) fn json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).expect("a summary is plain data");
+        text.push('\n');
+        text
+    }
+
     /// The same to a person: a few lines per setting.
     pub(super) fn lines(&self) -> String {
         let mut text = String::new();

@@ -13,6 +13,7 @@ use std::{
 
 use anyhow::{Context, anyhow, bail};
 use arena_daemon::stop::StopFlag;
+use files::WriteError;
 use protocol::run_dir::{RunDir, RunName};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -44,12 +45,28 @@ impl Workshop {
         bail!("{} is full of folders named lamplight-fuzz-*; remove them", base.display())
     }
 
-    /// Runs `scenario` to its end as processes under the name `fuzz-...-SEED` and returns its summary; the error
-    /// says what was wrong with it. Ended early by `stop`, it is an error as well.
-    pub(crate) fn run(&self, scenario: &str, seed: u64, stop: &StopFlag) -> anyhow::Result<Value> {
+    /// Runs `scenario` to its end as processes under the name `fuzz-...-SEED` and returns its summary; the inner error
+    /// says what was wrong with it. Ended early by `stop`, it is such an error as well.
+    ///
+    /// # Errors
+    /// If there is no room here for what goes to the child.
+    pub(crate) fn run(
+        &self,
+        scenario: &str,
+        seed: u64,
+        stop: &StopFlag,
+    ) -> Result<Result<Value, String>, WriteError> {
+        files::replace(&self.file("scenario.toml"), scenario)?;
+        Ok(self.child(seed, stop).map_err(|error| format!("{error:#}")))
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn child(&self, seed: u64, stop: &StopFlag) -> anyhow::Result<Value> {
         let name: RunName = format!("fuzz-{}-{seed}", process::id()).parse()?;
-        let file = |name: &str| self.0.join(name);
-        fs::write(file("scenario.toml"), scenario)?;
+        let file = |name: &str| self.file(name);
         let child = Command::new(env::current_exe().context("cannot find our own program")?)
             .arg("run")
             .arg(file("scenario.toml"))

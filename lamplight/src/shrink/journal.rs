@@ -1,24 +1,29 @@
 //! What a shrink has found out so far, on disk, so that a run of it that was cut short can go on.
 //!
 //! One JSON line per tried candidate: the hash of its scenario and of the question, and the verdict. A last line
-//! that a killed process left unfinished is dropped; nothing else is ever changed.
+//! that a killed process left unfinished is dropped; nothing else is ever changed. Where the disk is full, the search
+//! goes on without it.
 
 use std::{
     collections::BTreeMap,
     fs::{self, File, TryLockError},
-    io::{self, Read, Seek, SeekFrom, Write},
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
+use files::{Lines, WriteError};
 use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_128;
 
 /// The verdicts of one shrink.
 #[derive(Debug)]
 pub(crate) struct Journal {
-    path: PathBuf,
-    file: File,
+    lines: Lines,
+    /// Whether what is found out from now on is kept.
+    is_kept: bool,
     verdicts: BTreeMap<String, bool>,
+    /// Holds the lock.
+    _file: File,
 }
 
 /// Why a journal cannot be used.
@@ -30,6 +35,9 @@ pub(crate) enum JournalError {
     /// Somebody else has written to it.
     #[error("{path}:{line}: is no verdict of a shrink; remove this file to begin anew", path = .path.display())]
     Foreign { path: PathBuf, line: usize },
+    /// It cannot be gone on with.
+    #[error(transparent)]
+    Unwritten(#[from] WriteError),
     /// The file system said no.
     #[error("cannot keep what is found out in {path}: {error}; give --out a file in another folder", path = .path.display())]
     Io { path: PathBuf, error: io::Error },
@@ -73,14 +81,13 @@ impl Journal {
                 .map_err(|_| JournalError::Foreign { path: path.clone(), line: index + 1 })?;
             verdicts.insert(candidate, shows);
         }
-        file.set_len(whole as u64).map_err(failed)?;
-        file.seek(SeekFrom::End(0)).map_err(failed)?;
-        Ok(Self { path, file, verdicts })
+        let lines = Lines::go_on(&path, whole as u64)?;
+        Ok(Self { lines, is_kept: true, verdicts, _file: file })
     }
 
     /// Where it is.
     pub(crate) fn path(&self) -> &Path {
-        &self.path
+        self.lines.path()
     }
 
     /// Number of verdicts.
@@ -93,21 +100,24 @@ impl Journal {
         self.verdicts.get(candidate).copied()
     }
 
-    /// Remembers a verdict, beyond the end of this process.
-    pub(crate) fn record(&mut self, candidate: String, shows: bool) -> Result<(), JournalError> {
+    /// Remembers a verdict, beyond the end of this process if the disk has room.
+    pub(crate) fn record(&mut self, candidate: String, shows: bool) {
         let line = Line { candidate, shows };
         let mut text = serde_json::to_string(&line).expect("a verdict is plain data");
         text.push('\n');
-        self.file
-            .write_all(text.as_bytes())
-            .map_err(|error| JournalError::Io { path: self.path.clone(), error })?;
+        if self.is_kept
+            && let Err(error) = self.lines.add(text.as_bytes())
+        {
+            self.is_kept = false;
+            tracing::warn!("{error}; the search goes on, but if it is cut short, it begins anew from here");
+        }
         self.verdicts.insert(line.candidate, shows);
-        Ok(())
     }
 
     /// Removes it: the shrink is complete.
     pub(crate) fn remove(self) -> Result<(), JournalError> {
-        fs::remove_file(&self.path).map_err(|error| JournalError::Io { path: self.path, error })
+        let path = self.path().to_owned();
+        fs::remove_file(&path).map_err(|error| JournalError::Io { path, error })
     }
 }
 
@@ -124,8 +134,8 @@ mod tests {
         let folder = folder();
         let path = folder.path().join("a.journal");
         let mut journal = Journal::open(path.clone()).unwrap();
-        journal.record(key("a > 1", "x"), true).unwrap();
-        journal.record(key("a > 1", "y"), false).unwrap();
+        journal.record(key("a > 1", "x"), true);
+        journal.record(key("a > 1", "y"), false);
         drop(journal);
         let journal = Journal::open(path.clone()).unwrap();
         assert_eq!(journal.verdict(&key("a > 1", "x")), Some(true));
@@ -140,13 +150,13 @@ mod tests {
         let folder = folder();
         let path = folder.path().join("a.journal");
         let mut journal = Journal::open(path.clone()).unwrap();
-        journal.record("1".into(), true).unwrap();
+        journal.record("1".into(), true);
         drop(journal);
         let whole = fs::read(&path).unwrap();
         fs::write(&path, [&whole[..], b"{\"candidate\":\"2\",\"sho"].concat()).unwrap();
         let mut journal = Journal::open(path.clone()).unwrap();
         assert_eq!(journal.len(), 1);
-        journal.record("3".into(), false).unwrap();
+        journal.record("3".into(), false);
         drop(journal);
         let journal = Journal::open(path).unwrap();
         assert_eq!((journal.verdict("1"), journal.verdict("3")), (Some(true), Some(false)));

@@ -143,7 +143,7 @@ pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
     } else {
         // Gives the terminal back before the message of a panic, too.
         let mut terminal = ratatui::try_init().map_err(Failure::run)?;
-        let shown = (|| {
+        let shown: Result<Asked, Failure> = (|| {
             while asked != Asked::Ended && !stop.is_raised() {
                 draw(&mut terminal, watcher)?;
                 if is_enough(watcher)? {

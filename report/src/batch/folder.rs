@@ -12,6 +12,9 @@ use serde_json::Value;
 
 use crate::{chart::Point, error::ReportError, plan::Body, rows::Rows, scene};
 
+/// How a trial ended that has no numbers, because it lost agents.
+const LOST_AGENTS: &str = "lost-agents";
+
 /// Something of each trial, by setting and trial.
 pub type ByTrial<T> = BTreeMap<(u64, u64), T>;
 
@@ -156,6 +159,14 @@ impl Batch {
                 trials.len()
             ));
         }
+        let lost = trials.words("ended")?.into_iter().filter(|&ended| ended == LOST_AGENTS).count();
+        if lost > 0 {
+            notes.push(format!(
+                "{lost} of {} trials lost agents each time they were played, and are left out; the same command \
+                 plays them again.",
+                trials.len()
+            ));
+        }
         Ok(Self { meta, scenario, trials, settings, digest, notes, folder: folder.to_owned() })
     }
 
@@ -165,10 +176,11 @@ impl Batch {
         Ok(setting.rows.iter().filter_map(|&row| numbers[row]).collect())
     }
 
-    /// The digest of each trial, by setting and trial.
+    /// The digest of each trial that has one, by setting and trial.
     pub fn digests(&self) -> Result<ByTrial<String>, ReportError> {
         let keys = self.trials.counts("setting")?.into_iter().zip(self.trials.counts("trial")?);
-        Ok(keys.zip(self.trials.words("digest")?).map(|(key, digest)| (key, digest.to_owned())).collect())
+        let digests = keys.zip(self.trials.words("digest")?).filter(|(_, digest)| !digest.is_empty());
+        Ok(digests.map(|(key, digest)| (key, digest.to_owned())).collect())
     }
 
     /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial, NaN where it had no value; `None` if it was

@@ -53,6 +53,8 @@ impl Run {
         if let Some(failure) = summary.as_ref().and_then(|summary| summary.get("failure")?.as_str()) {
             notes.push(format!("The run failed: {failure}"));
         }
+        let unwritten = summary.as_ref().and_then(|summary| summary.get("unwritten")?.as_array());
+        notes.extend(unwritten.into_iter().flatten().filter_map(Value::as_str).map(str::to_owned));
         let mut read = |name: &str| -> Result<Option<Rows>, ReportError> {
             let rows = Rows::read_if_there(&folder.join(name))?;
             notes.extend(rows.as_ref().and_then(Rows::note));

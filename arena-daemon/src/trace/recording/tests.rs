@@ -83,7 +83,7 @@ impl Traced {
         for known in ticks.saturating_sub(LATE)..ticks {
             (0..robots).for_each(|robot| self.recording.cycles(&[cycle(robot, known)]));
         }
-        self.recording.finish();
+        self.recording.finish().unwrap();
         self.read()
     }
 }
@@ -203,7 +203,7 @@ fn a_cycle_that_overlaps_the_last_one_is_left_out_and_counted() {
     let second = CycleTimes { tick: 1, woke_ns: first.woke_ns + first.cycle_ns() - 1, ..first };
     let third = CycleTimes { tick: 2, woke_ns: second.woke_ns + 1, ..first };
     traced.recording.cycles(&[first, second, third]);
-    traced.recording.finish();
+    traced.recording.finish().unwrap();
     let trace = traced.read();
     assert_eq!(trace.ticks("cycle"), BTreeMap::from([((2, 1000), vec![0, 2])]));
     assert_eq!(trace.whole["otherData"]["cycles_left_out"], 1);
@@ -226,7 +226,7 @@ fn a_fault_begins_and_ends_once_and_strikes_the_robots_it_strikes() {
         arena.tick(&[None; 3]);
         traced.recording.tick_ends(arena.ledger());
     }
-    traced.recording.finish();
+    traced.recording.finish().unwrap();
     let trace = traced.read();
     let instant =
         |name: &str| trace.events("i", name).into_iter().map(|it| it["args"].clone()).collect::<Vec<_>>();
