@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
+use arena::scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
@@ -41,9 +41,9 @@ pub struct ScenarioOptions {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<i64>,
 
-    /// Seed of every random draw, in place of the scenario's
+    /// Seed of every random draw, in place of the scenario's: from 0 to 9007199254740991, 2^53 − 1
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
+    pub seed: Option<Seed>,
 
     /// Virtual time to run, in place of the scenario's
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]

@@ -137,7 +137,7 @@ impl FaultPlan {
                 line: Line::new(spec.kind, window.clone()),
                 window,
                 state: State::ToCome,
-                luck: Luck { seed: scenario.seed, fault: index as u32, copy: 0 },
+                luck: Luck { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
             }
         };
         Self {

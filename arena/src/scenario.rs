@@ -38,7 +38,7 @@ pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
 pub use light::{LightSensor, LightSpec};
 pub use number::{
     DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, Positive, Probability, Refused,
-    RobotCount, Share, Xy,
+    RobotCount, SEED_MAX, Seed, Share, Xy,
 };
 pub use overrides::{Override, OverrideError};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
@@ -60,10 +60,10 @@ pub struct Scenario {
     pub name: String,
     /// What the scenario shows, in one line.
     pub description: Option<String>,
-    /// Seed of every random draw: the same seed gives the same run.
+    /// Seed of every random draw: the same seed gives the same run. At most 2^53 − 1, which every reader of JSON keeps.
     #[serde(default = "first_seed")]
-    pub seed: u64,
-    /// Length of the run in seconds of virtual time.
+    pub seed: Seed,
+    /// Length of the run in seconds of virtual time: a whole number of steps, or rounded to one.
     pub duration_s: Positive,
     /// Length of one tick in seconds of virtual time.
     pub step_s: Positive,
@@ -183,7 +183,7 @@ impl Scenario {
         let clock = ClockSetup {
             drift_ppm: self.processes.clock_drift_ppm.get(),
             jitter: Seconds::new(self.processes.timer_jitter_s.get()).expect("it is a finite number"),
-            seed: self.seed,
+            seed: self.seed.get(),
         };
         AgentSetup { mode, plane: self.plane(mode), cycle, clock, controller: self.controller_setup() }
     }
@@ -230,8 +230,8 @@ impl Scenario {
     }
 }
 
-fn first_seed() -> u64 {
-    1
+fn first_seed() -> Seed {
+    constant!(Seed, 1)
 }
 
 fn file_stem(path: &str) -> String {

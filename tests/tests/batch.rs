@@ -268,7 +268,7 @@ fn a_file_that_something_else_has_changed_is_not_taken_for_a_batch() {
 fn a_bad_batch_is_refused_before_anything_is_made() {
     let place = Place::new();
     let out = place.out("b");
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["--trials", "0"], "invalid value '0' for '--trials <K>'"),
         (&["--trials", "2", "--robots", "10,0"], "--robots 0"),
         (
@@ -278,7 +278,8 @@ fn a_bad_batch_is_refused_before_anything_is_made() {
         (&["--trials", "2", "--sweep", "field.offset=1,x"], "--sweep field.offset=x: "),
         (&["--trials", "2", "--sweep", "seed=1,2"], "use --seed and --trials"),
         (&["--trials", "2", "--sweep", "field.offset=1", "--sweep", "field.offset=2"], "is given twice"),
-        (&["--trials", "2", "--seed", "9223372036854775807"], "beyond the highest seed"),
+        (&["--trials", "2", "--seed", "9007199254740991"], "beyond the highest seed, 9007199254740991"),
+        (&["--trials", "999999999", "--robots", "2,3"], "are more than 1000000000 trials"),
     ];
     for (args, expected) in cases {
         let error = refused("one-gaussian", &out, args);

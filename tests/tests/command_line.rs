@@ -4,7 +4,8 @@
 
 use std::{fs, process::Output};
 
-use tests::programs::{lamplight, said, scenario};
+use arena::scenario::SEED_MAX;
+use tests::programs::{Run, lamplight, said, scenario};
 
 fn run(args: &[&str]) -> Output {
     lamplight(["run"]).arg(scenario("swarmbots")).args(args).output().unwrap()
@@ -52,6 +53,34 @@ fn impossible_numbers_are_refused() {
     check(&run(&["--set", "field.lamp.0.half_distance_m=1e-200"]), "is beyond 1e-6 to 1e12");
     check(&run(&["--set", "arena.size_m=[1e100,1e100]"]), "is beyond 0.001 m to 100000 m a side");
     check(&run(&["--set", "step_s=2"]), "gain_per_s × step_s = 2 exceeds 1.5");
+}
+
+#[test]
+fn a_seed_beyond_what_json_keeps_is_refused_wherever_one_is_given() {
+    let beyond = (SEED_MAX + 1).to_string();
+    let bound = format!("from 0 to {SEED_MAX}, got {beyond}\n");
+    let set = format!("seed={beyond}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    fs::write(&path, good.replace("\nseed = 1\n", &format!("\nseed = {beyond}\n"))).unwrap();
+    check(&lamplight(["check"]).arg(&path).output().unwrap(), &format!("far.toml:13: seed: must be {bound}"));
+    for command in [
+        &["run"][..],
+        &["batch", "--trials", "1", "--out", "never"],
+        &["fuzz", "--runs", "1"],
+        &["shrink", "--until", "robots == 50"],
+    ] {
+        let with = |args: &[&str]| {
+            let mut lamplight = lamplight(command);
+            lamplight.arg(scenario("swarmbots")).args(args).current_dir(folder.path()).output().unwrap()
+        };
+        check(&with(&["--seed", &beyond]), &bound);
+        check(&with(&["--set", &set]), &bound);
+    }
+    let highest = SEED_MAX.to_string();
+    let run = Run::of("swarmbots", &["--engine", "in-process", "--duration", "0.1", "--seed", &highest]);
+    assert_eq!(run.number("seed") as u64, SEED_MAX, "as a reader of floating point has it");
 }
 
 #[test]

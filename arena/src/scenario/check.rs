@@ -43,7 +43,7 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
     let positions = robots.positions_m.as_ref().map(Vec::len);
     match (robots.count, positions) {
         (None, None) => Err(problem(&["robots"], "`count` is missing in [robots]")),
-        (None, Some(positions)) => RobotCount::try_from(positions as i64)
+        (None, Some(positions)) => RobotCount::try_from(positions as i128)
             .map_err(|refused| problem(&["robots.positions_m"], format!("robots.positions_m: {refused}"))),
         (Some(count), Some(positions)) if count.get() as usize != positions => Err(problem(
             &["robots.count", "robots.positions_m"],

@@ -107,9 +107,8 @@ fn plain(message: &str) -> String {
 fn expectation(expected: &str) -> &str {
     match expected {
         "f64" => "a number",
-        "i64" => "a whole number",
+        "i128" => "a whole number",
         "u32" => "a whole number from 0 to 4294967295",
-        "u64" => "a whole number from 0 to 18446744073709551615",
         "a nonzero u32" => "a whole number from 1 to 4294967295",
         "a boolean" => "true or false",
         "a sequence" => "an array",

@@ -7,12 +7,11 @@ use std::{path::Path, slice};
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{
     placement,
-    scenario::{Override, Scenario},
+    scenario::{Override, SEED_MAX, Scenario},
 };
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
-use crate::fuzz::SEED_MAX;
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
@@ -21,6 +20,8 @@ const KEYS: [&str; 9] =
     ["format", "scenario", "engine", "trials", "seed", "robots", "sweeps", "exact", "keep"];
 /// Most combinations of robot counts and swept values.
 const SETTINGS_MAX: usize = 10_000;
+/// Most trials of all settings together: years of work.
+const TRIALS_MAX: u64 = 1_000_000_000;
 
 /// A batch, worked out.
 #[derive(Debug)]
@@ -97,6 +98,11 @@ impl Plan {
             combinations <= SETTINGS_MAX,
             "{combinations} combinations of robots and sweeps are more than {SETTINGS_MAX}; sweep less at once"
         );
+        ensure!(
+            (combinations as u64).saturating_mul(args.trials) <= TRIALS_MAX,
+            "--trials {} in each setting, {combinations} in all, are more than {TRIALS_MAX} trials; use fewer",
+            args.trials
+        );
         let settings: Vec<Setting> = counts
             .iter()
             .flat_map(|&count| combinations_of(&sweeps).into_iter().map(move |values| (count, values)))
@@ -121,7 +127,7 @@ impl Plan {
             scenario: base.name.clone(),
             engine: args.engine.name().into(),
             trials: args.trials,
-            seed: base.seed,
+            seed: base.seed.get(),
             robots,
             sweeps,
             exact: args.exact,
@@ -141,7 +147,7 @@ impl Plan {
         let (setting, trial) = (index / trials, (index % trials) as u64);
         let of = &self.settings[setting];
         let mut scenario = of.scenario.clone();
-        scenario.seed += trial;
+        scenario.seed = of.scenario.seed.after(trial).expect("the plan has checked the last trial's seed");
         Trial { setting, trial, of, scenario }
     }
 
@@ -190,9 +196,8 @@ impl Sweep {
 
 impl Setting {
     fn new(scenario: Scenario, values: Vec<String>, trials: u64) -> anyhow::Result<Self> {
-        let last = scenario.seed.checked_add(trials - 1);
         ensure!(
-            last.is_some_and(|last| last <= SEED_MAX),
+            scenario.seed.after(trials - 1).is_some(),
             "--trials {trials} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer trials or a lower \
              --seed",
             scenario.seed

@@ -12,6 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use arena::scenario::Seed;
 use arena_daemon::stop::StopFlag;
 use protocol::run_dir::{RunDir, RunName};
 use rustix::process::{Pid, Signal, kill_process};
@@ -46,7 +47,7 @@ impl Workshop {
 
     /// Runs `scenario` to its end as processes under the name `fuzz-...-SEED` and returns its summary; the error
     /// says what was wrong with it. Ended early by `stop`, it is an error as well.
-    pub(crate) fn run(&self, scenario: &str, seed: u64, stop: &StopFlag) -> anyhow::Result<Value> {
+    pub(crate) fn run(&self, scenario: &str, seed: Seed, stop: &StopFlag) -> anyhow::Result<Value> {
         let name: RunName = format!("fuzz-{}-{seed}", process::id()).parse()?;
         let file = |name: &str| self.0.join(name);
         fs::write(file("scenario.toml"), scenario)?;
