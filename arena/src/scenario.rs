@@ -36,6 +36,7 @@ pub use check::MAX_GAIN_STEP;
 pub use error::{Place, ScenarioError};
 pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
 pub use light::{LightSensor, LightSpec};
+pub use load::BYTES_MAX;
 pub use number::{
     DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, Positive, Probability, Refused,
     RobotCount, SEED_MAX, Seed, Share, Xy,

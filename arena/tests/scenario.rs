@@ -1,9 +1,9 @@
 //! The scenario file: what is read, what is refused in which words, and the ready files in `scenarios/`.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use arena::scenario::{Override, SEED_MAX, Scenario, ScenarioError, schema_json};
+use arena::scenario::{BYTES_MAX, Override, SEED_MAX, Scenario, ScenarioError, schema_json};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use protocol::setup::{GradientMode, Mode, Plane};
@@ -324,7 +324,9 @@ mod overriding {
         assert!(scenario.field.gaussian.iter().all(|peak| peak.sigma_m.get() == 0.2));
         check_override(
             &["field.gaussian.*.sigma_m=0.2"],
-            expect!["--set field.gaussian.*.sigma_m=0.2: expected an array, found a table"],
+            expect![[r#"
+                --set field.gaussian.*.sigma_m=0.2: there is no entry `*`: `field.gaussian` is empty or not given
+                hint: give the array whole: --set 'field.gaussian=[{ sigma_m = ... }]'"#]],
         );
         check_override(
             &["robots.*=1"],
@@ -348,10 +350,79 @@ mod overriding {
             &["robots.radius_m="],
             expect!["--set robots.radius_m=: there is no key `radius_m` to remove"],
         );
+    }
+
+    #[test]
+    fn an_entry_of_an_array_that_is_empty_or_not_there_is_said_to_be_missing() {
         check_override(
-            &["field.gaussian.0.sigma_m=0.2"],
-            expect!["--set field.gaussian.0.sigma_m=0.2: expected an array, found a table"],
+            &["fault.0.kind=\"kill\""],
+            expect![[r#"
+                --set fault.0.kind="kill": there is no entry `0`: `fault` is empty or not given
+                hint: give the array whole: --set 'fault=[{ kind = ... }]'"#]],
         );
+        check_override(
+            &["fault=[]", "fault.0.kind=\"kill\""],
+            expect![[r#"
+                --set fault.0.kind="kill": there is no entry `0`: `fault` is empty or not given
+                hint: give the array whole: --set 'fault=[{ kind = ... }]'"#]],
+        );
+        check_override(
+            &["field.lamp=[]", "field.lamp.*.peak=3"],
+            expect![[r#"
+                --set field.lamp.*.peak=3: there is no entry `*`: `field.lamp` is empty or not given
+                hint: give the array whole: --set 'field.lamp=[{ peak = ... }]'"#]],
+        );
+        check_override(
+            &["robots.positions_m.0=[1, 1]"],
+            expect![[r#"
+                --set robots.positions_m.0=[1, 1]: there is no entry `0`: `robots.positions_m` is empty or not given
+                hint: give the array whole: --set 'robots.positions_m=[...]'"#]],
+        );
+        check_override(
+            &["fault=[{ kind = \"pause\" }]", "fault.1.kind=\"kill\""],
+            expect![[r#"--set fault.1.kind="kill": there is no entry `1` in an array of 1"#]],
+        );
+        check_override(
+            &["foult.0.kind=\"kill\""],
+            expect![[r#"--set foult.0.kind="kill": unknown key `foult`; did you mean `fault`?"#]],
+        );
+    }
+
+    #[test]
+    fn a_date_is_called_a_date_and_text_is_told_to_stand_in_quotes() {
+        check_override(
+            &["name=1979-05-27"],
+            expect![[r#"
+                --set name=1979-05-27: expected a string, found 1979-05-27, a date or a time to TOML
+                hint: in quotes it is text: --set 'name="1979-05-27"'"#]],
+        );
+        check_override(
+            &["name=7"],
+            expect![[r#"
+                --set name=7: expected a string, found integer `7`
+                hint: in quotes it is text: --set 'name="7"'"#]],
+        );
+        check_override(
+            &["arena=07:32:00"],
+            expect!["--set arena=07:32:00: expected a table, found 07:32:00, a date or a time to TOML"],
+        );
+        check_override(
+            &["fault=1979-05-27"],
+            expect!["--set fault=1979-05-27: expected an array, found 1979-05-27, a date or a time to TOML"],
+        );
+        check_override(
+            &["channel.model=1979-05-27"],
+            expect![
+                "--set channel.model=1979-05-27: expected a string, found 1979-05-27, a date or a time to TOML"
+            ],
+        );
+        check_override(
+            &["fault=[{ kind = \"pause\", robots = 1979-05-27 }]"],
+            expect![[
+                r#"--set fault=[{ kind = "pause", robots = 1979-05-27 }]: expected robots such as 3, [3, 7] or "3, 7, 10-19", found 1979-05-27, a date or a time to TOML"#
+            ]],
+        );
+        assert!(overridden(&["name=\"1979-05-27\""]).name == "1979-05-27");
     }
 
     #[test]
@@ -519,7 +590,7 @@ mod refusing {
         check_edit(
             "step_s = 0.1",
             "step_s = 2020-01-01",
-            expect!["x.toml:2: step_s: expected a number, found a table"],
+            expect!["x.toml:2: step_s: expected a number, found 2020-01-01, a date or a time to TOML"],
         );
         check_edit(
             "size_m",
@@ -783,6 +854,15 @@ mod files {
     #[test]
     fn a_folder_is_not_a_scenario() {
         check_file(scenarios(), expect!["DIR/scenarios: is a directory, not a scenario file"]);
+    }
+
+    #[test]
+    fn a_file_without_an_end_is_refused_at_the_bound() {
+        let error = Scenario::load(Path::new("/dev/zero"), &[]).expect_err("no scenario").to_string();
+        assert_eq!(
+            error,
+            format!("/dev/zero: is longer than {BYTES_MAX} bytes, the most that a scenario may have")
+        );
     }
 
     #[test]

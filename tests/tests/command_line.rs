@@ -2,9 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{fs, process::Output};
+use std::{
+    fs,
+    io::Write,
+    process::{Output, Stdio},
+};
 
-use arena::scenario::SEED_MAX;
+use arena::scenario::{BYTES_MAX, SEED_MAX};
 use tests::programs::{Run, lamplight, said, scenario};
 
 fn run(args: &[&str]) -> Output {
@@ -81,6 +85,19 @@ fn a_seed_beyond_what_json_keeps_is_refused_wherever_one_is_given() {
     let highest = SEED_MAX.to_string();
     let run = Run::of("swarmbots", &["--engine", "in-process", "--duration", "0.1", "--seed", &highest]);
     assert_eq!(run.number("seed") as u64, SEED_MAX, "as a reader of floating point has it");
+}
+
+#[test]
+fn a_scenario_without_an_end_is_refused_at_a_bound_from_files_and_pipes() {
+    let refusal = format!(" is longer than {BYTES_MAX} bytes, the most that a scenario may have\n");
+    check(&lamplight(["check", "/dev/zero"]).output().unwrap(), &format!("error: /dev/zero:{refusal}"));
+    let mut reader = lamplight(["run", "/dev/stdin"]);
+    reader.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut reader = reader.spawn().unwrap();
+    let mut pipe = reader.stdin.take().unwrap();
+    let nothing = vec![b'\n'; 1 << 16];
+    while pipe.write_all(&nothing).is_ok() {}
+    check(&reader.wait_with_output().unwrap(), &format!("error: /dev/stdin:{refusal}"));
 }
 
 #[test]
