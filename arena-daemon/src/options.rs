@@ -129,8 +129,7 @@ impl ScenarioOptions {
         let named = [
             ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            // TOML spells `nan` and `inf` in small letters.
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+            ("duration", "duration_s", self.duration.map(toml_number)),
         ];
         let sets = self.sets.iter().map(|set| set.parse());
         let named = named.into_iter().filter_map(|(option, key, value)| {
@@ -193,6 +192,12 @@ impl RunOptions {
         arguments.push(scenario.into());
         arguments
     }
+}
+
+/// A number as TOML spells it: `nan` and `inf` in small letters, and an exponent where digits are many.
+pub fn toml_number(number: f64) -> String {
+    let text = format!("{number:?}").to_lowercase();
+    if text.contains('e') { text } else { text.trim_end_matches(".0").into() }
 }
 
 fn log_format() -> impl TypedValueParser<Value = Format> {

@@ -6,7 +6,6 @@
 //! line of the ledger.
 
 mod burst;
-pub mod caution;
 mod choice;
 mod corrupt;
 mod delay;

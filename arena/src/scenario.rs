@@ -22,6 +22,7 @@ mod overrides;
 mod problem;
 mod robot_set;
 mod schema;
+mod steps;
 mod tables;
 
 use std::{num::NonZeroU32, path::Path};
@@ -44,6 +45,7 @@ pub use number::{
 pub use overrides::{Override, OverrideError};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
 pub use schema::schema_json;
+pub use steps::{Rounded, Roundings, STEPS_MAX};
 pub use tables::{
     ArenaSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec, GradientSource, LampSpec,
     OnHang, OutputSpec, ProcessesSpec, RobotsSpec,
@@ -97,6 +99,10 @@ pub struct Scenario {
     /// Bounds of random fault plans, for `lamplight fuzz`.
     #[serde(default)]
     pub fuzz: FuzzSpec,
+
+    /// The times above that were written otherwise: they were no whole numbers of steps.
+    #[serde(skip)]
+    pub roundings: Roundings,
 }
 
 impl Scenario {
@@ -114,6 +120,7 @@ impl Scenario {
                 scenario = scenario.clone().filled();
                 check::check(&scenario)
             })
+            .and_then(|()| steps::settle(&mut scenario, |path| document.place_of_given(path)))
             .map_err(|problem| document.blame(problem))?;
         for (index, fault) in scenario.fault.iter_mut().enumerate() {
             fault.origin = Origin(Some(document.place_of(&format!("fault.{index}.kind"))));
@@ -140,7 +147,7 @@ impl Scenario {
 
     /// The neighbor cycle that tick `tick` lies in, counted from 0.
     pub fn cycle_of(&self, tick: u64) -> u64 {
-        (tick as f64 * self.step_s.get() / self.cycle_s() + channel::ROUNDING) as u64
+        steps::whole_part(tick as f64 * self.step_s.get() / self.cycle_s())
     }
 
     /// Whether a neighbor cycle begins at this tick: agents then get a percept, and answer it.
@@ -148,22 +155,35 @@ impl Scenario {
         tick == 0 || self.cycle_of(tick) != self.cycle_of(tick - 1)
     }
 
+    /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is always seen; at least 1. What a `u32` cannot hold is longer
+    /// than any run.
+    fn neighbor_timeout_ticks(&self) -> u32 {
+        let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
+        let ticks = steps::whole_part(f64::from(cycles) * self.cycle_s() / self.step_s.get());
+        u32::try_from(ticks).unwrap_or(u32::MAX).max(1)
+    }
+
     /// The tick nearest to a time.
     pub fn tick_at(&self, time_s: f64) -> u64 {
         (time_s / self.step_s.get()).round() as u64
     }
 
-    /// Number of ticks in the run: `duration_s` over `step_s`, rounded, at least 1.
+    /// When a tick is, seconds.
+    pub fn time_of(&self, tick: u64) -> f64 {
+        steps::time_of(tick, self.step_s.get())
+    }
+
+    /// Number of ticks in the run: `duration_s` in steps.
     pub fn ticks(&self) -> u64 {
         self.whole_steps(self.duration_s)
     }
 
-    /// Ticks between two rows of `metrics.csv`: `metrics_every_s` over `step_s`, rounded, at least 1.
+    /// Ticks between two rows of `metrics.csv`: `metrics_every_s` in steps.
     pub fn sample_every_ticks(&self) -> u64 {
         self.whole_steps(self.output.metrics_every_s)
     }
 
-    /// Ticks between two times in `poses.csv`, if the scenario asks for one: at least 1.
+    /// Ticks between two times in `poses.csv`, if the scenario asks for one: `poses_every_s` in steps.
     pub fn poses_every_ticks(&self) -> Option<u64> {
         self.output.poses_every_s.map(|every_s| self.whole_steps(every_s))
     }
@@ -221,13 +241,6 @@ impl Scenario {
             },
             neighbor_timeout_ticks: self.neighbor_timeout_ticks(),
         }
-    }
-
-    /// Rounded down, so that silence of as many cycles is always seen; at least 1.
-    fn neighbor_timeout_ticks(&self) -> u32 {
-        let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
-        let ticks = f64::from(cycles) * self.cycle_s() / self.step_s.get() + channel::ROUNDING;
-        (ticks as u32).max(1)
     }
 }
 

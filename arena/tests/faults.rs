@@ -4,8 +4,9 @@
 
 use arena::{
     Arena,
+    caution::cautions,
     channel::Reception,
-    fault::{Act, FaultPlan, Passage, Strike, caution::cautions},
+    fault::{Act, FaultPlan, Passage, Strike},
     frame::{ArenaPoint, Pose},
     placement,
     scenario::Scenario,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use arena::scenario::{BYTES_MAX, Override, SEED_MAX, Scenario, ScenarioError, schema_json};
+use arena::scenario::{BYTES_MAX, Override, SEED_MAX, STEPS_MAX, Scenario, ScenarioError, schema_json};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use protocol::setup::{GradientMode, Mode, Plane};
@@ -195,6 +195,68 @@ mod reading {
         assert_eq!(ticks(&[]), (100, 10));
         assert_eq!(ticks(&["step_s=0.3"]), (33, 3));
         assert_eq!(ticks(&["output.metrics_every_s=0.01"]), (100, 1));
+    }
+
+    /// What is said of the roundings of the smallest scenario with overrides.
+    fn said_of(overrides: &[&str], expected: Expect) -> Scenario {
+        let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
+        let said = scenario.roundings.0.iter().map(|rounded| format!("{rounded}\n")).collect::<String>();
+        expected.assert_eq(&said);
+        scenario
+    }
+
+    #[test]
+    fn a_time_that_is_no_whole_number_of_steps_is_rounded_and_said() {
+        let scenario = said_of(
+            &["duration_s=1", "step_s=0.4", "output.poses_every_s=0.5", "output.metrics_every_s=0.01"],
+            expect![[r#"
+                --set duration_s=1: duration_s = 1 is not a whole number of steps of 0.4 s: 3 steps, 1.2 s, will be run
+                --set output.metrics_every_s=0.01: output.metrics_every_s = 0.01 is not a whole number of steps of 0.4 s: 1 step, 0.4 s, will be run
+                --set output.poses_every_s=0.5: output.poses_every_s = 0.5 is not a whole number of steps of 0.4 s: 1 step, 0.4 s, will be run
+            "#]],
+        );
+        assert_eq!((scenario.ticks(), scenario.duration_s.get()), (3, 1.2));
+        assert!(scenario.to_toml().contains("\nduration_s = 1.2\n"), "{}", scenario.to_toml());
+        let resolved = parse(&scenario.to_toml(), &[]).expect("a resolved scenario");
+        assert!(resolved.roundings.0.is_empty(), "{:?}", resolved.roundings);
+        assert_eq!(resolved, scenario);
+    }
+
+    #[test]
+    fn the_times_of_faults_are_rounded_and_said() {
+        let plan = r#"fault=[{ kind = "kill", robots = 0, at_s = 0.26, restart_at_s = 0.5 },
+            { kind = "delay", from_s = 0.04, until_s = 9.99, delay_s = 0.16 },
+            { kind = "delay", delay_s = 0.16, jitter_s = 0.01 }, { kind = "slow", delay_s = 0.3 }]"#;
+        let scenario = parse(SMALLEST, &[plan]).unwrap_or_else(|error| panic!("{error}"));
+        let said: Vec<String> = scenario.roundings.0.iter().map(ToString::to_string).collect();
+        let run = |written: &str| {
+            let line = said.iter().find(|line| line.contains(&format!(": {written} is not a whole")))?;
+            line.rsplit_once(": ").map(|(_, run)| run)
+        };
+        assert_eq!(run("fault.0.at_s = 0.26"), Some("3 steps, 0.3 s, will be run"));
+        assert_eq!(run("fault.1.from_s = 0.04"), Some("0 steps, 0 s, will be run"));
+        assert_eq!(run("fault.1.until_s = 9.99"), Some("100 steps, 10 s, will be run"));
+        assert_eq!(run("fault.1.delay_s = 0.16"), Some("2 steps, 0.2 s, will be run"));
+        assert_eq!(said.len(), 4, "a delay with jitter is rounded as a whole: {said:?}");
+        let times = |index: usize| (scenario.fault[index].begins_s(), scenario.fault[index].ends_s());
+        assert_eq!((times(0), times(1)), ((0.3, Some(0.5)), (0.0, Some(10.0))));
+    }
+
+    #[test]
+    fn a_default_and_a_rounding_error_are_no_news() {
+        let scenario = said_of(&["duration_s=6", "step_s=0.3"], expect![""]);
+        assert_eq!((scenario.sample_every_ticks(), scenario.output.metrics_every_s.get()), (3, 0.9));
+        let scenario = said_of(&["duration_s=0.30000000000000004", "step_s=0.1"], expect![""]);
+        assert_eq!(scenario.duration_s.get(), 0.30000000000000004, "as it was written");
+    }
+
+    #[test]
+    fn every_step_up_to_the_last_that_is_counted_begins_a_cycle_of_its_own() {
+        let scenario = parse(SMALLEST, &["duration_s=1e8"]).expect("a good scenario");
+        assert_eq!(scenario.ticks(), STEPS_MAX);
+        for from in (0..STEPS_MAX).step_by(9_876_543) {
+            assert!((from..from + 1000).all(|tick| scenario.begins_cycle(tick)), "beyond {from}");
+        }
     }
 
     #[test]
@@ -672,6 +734,39 @@ mod refusing {
             "duration_s = 0.05",
             expect!["x.toml:2: step_s = 0.1 is longer than the whole run, duration_s = 0.05"],
         );
+    }
+
+    #[test]
+    fn a_time_of_more_steps_than_are_counted_is_refused_with_the_bound() {
+        check_override(
+            &["duration_s=1e300"],
+            expect![
+                "--set duration_s=1e300: duration_s = 1e300 is more than 1000000000 steps of 0.1 s, the most that are counted; use 100000000.0 or less, or a longer step_s"
+            ],
+        );
+        check_override(
+            &["step_s=1e-300"],
+            expect![
+                "--set step_s=1e-300: duration_s = 10.0 is more than 1000000000 steps of 1e-300 s, the most that are counted; use 1e-291 or less, or a longer step_s"
+            ],
+        );
+        for (path, set) in [
+            ("output.metrics_every_s", "output.metrics_every_s=2e8"),
+            ("output.poses_every_s", "output.poses_every_s=2e8"),
+            ("fuzz.duration_s", "fuzz.duration_s=2e8"),
+            ("fuzz.delay_max_s", "fuzz.delay_max_s=2e8"),
+            ("fault.0.from_s", "fault=[{ kind = \"pause\", from_s = 2e8 }]"),
+            ("fault.0.until_s", "fault=[{ kind = \"pause\", until_s = 2e8 }]"),
+            ("fault.0.at_s", "fault=[{ kind = \"kill\", robots = 1, at_s = 2e8 }]"),
+            ("fault.0.restart_at_s", "fault=[{ kind = \"kill\", robots = 1, at_s = 1, restart_at_s = 2e8 }]"),
+            ("fault.0.delay_s", "fault=[{ kind = \"slow\", delay_s = 2e8 }]"),
+            ("fault.0.delay_s", "fault=[{ kind = \"delay\", delay_s = 2e8, jitter_s = 1 }]"),
+            ("fault.0.jitter_s", "fault=[{ kind = \"delay\", delay_s = 1, jitter_s = 2e8 }]"),
+        ] {
+            let error = parse(SMALLEST, &[set]).expect_err(set).to_string();
+            let message = format!("{path} = 200000000.0 is more than 1000000000 steps of 0.1 s");
+            assert!(error.contains(&message), "{error}");
+        }
     }
 
     #[test]

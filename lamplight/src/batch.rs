@@ -97,6 +97,7 @@ pub(crate) struct BatchArgs {
 pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
+    log::warn_of(&plan.cautions());
     let crew = Crew::new(args, &plan)?;
     let mut folder = Folder::open(&args.out, &plan).map_err(Failure::Usage)?;
     let total = plan.len();

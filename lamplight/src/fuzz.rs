@@ -13,7 +13,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::scenario::{Positive, SEED_MAX, Scenario, Seed};
+use arena::{
+    caution::cautions,
+    scenario::{Positive, SEED_MAX, Scenario, Seed},
+};
 use arena_daemon::{
     options::ScenarioOptions,
     progress::Meter,
@@ -69,6 +72,8 @@ pub(crate) struct FuzzArgs {
 pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
+    // It has no faults, whose robots would have to be somewhere.
+    log::warn_of(&cautions(&base, &[]));
     if args.engine == Engines::Both {
         limits::prepare(base.robot_count(), base.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
     }
@@ -136,11 +141,11 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
         *timeout_s = Positive::new(timeout_s.get().max(PATIENCE_S)).unwrap_or(*timeout_s);
     }
     base.fault.clear();
-    // A shorter run may be too short for the channel's cycle.
-    Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]).map_err(|error| {
+    // A shorter run may be too short for the channel's cycle, or no whole number of steps.
+    let settled = Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]);
+    settled.map_err(|error| {
         Failure::Usage(anyhow!("with duration_s = {}: {}", base.duration_s.get(), error.message))
-    })?;
-    Ok(base)
+    })
 }
 
 /// Runs one scenario by one engine or both; the error says what does not hold.

@@ -88,6 +88,42 @@ fn a_seed_beyond_what_json_keeps_is_refused_wherever_one_is_given() {
 }
 
 #[test]
+fn what_is_rounded_to_whole_steps_is_said_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output =
+        run(&["--engine", "in-process", "--quiet", "--duration", "1.02", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let warning = "WARN --duration 1.02: duration_s = 1.02 is not a whole number of steps of 0.1 s: 10 steps, 1 s, \
+                   will be run\n";
+    assert_eq!(String::from_utf8_lossy(&output.stderr).trim_start(), warning);
+    let resolved = fs::read_to_string(out.join("scenario.toml")).unwrap();
+    assert!(resolved.contains("\nduration_s = 1.0\n"), "{resolved}");
+    let whole = Run::of("swarmbots", &["--engine", "in-process", "--duration", "1"]);
+    assert_eq!(Run::in_folder(folder).digest(), whole.digest());
+}
+
+#[test]
+fn a_check_says_what_will_be_run_and_refuses_what_cannot_be_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    let checked = |duration: &str| {
+        fs::write(&path, good.replace("\nduration_s = 120.0\n", duration)).unwrap();
+        lamplight(["check"]).arg(&path).output().unwrap()
+    };
+    let output = checked("\nduration_s = 1.23\n");
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(": 12 steps, 1.2 s, will be run\n"));
+    assert!(String::from_utf8_lossy(&output.stdout).ends_with(" 12 ticks of 0.1 s, 0 faults\n"));
+    check(
+        &checked("\nduration_s = 1e300\n"),
+        ": duration_s = 1e300 is more than 1000000000 steps of 0.1 s, ",
+    );
+    check(&run(&["--duration", "1e300"]), "error: --duration 1e300: duration_s = 1e300 is more than ");
+}
+
+#[test]
 fn a_scenario_without_an_end_is_refused_at_a_bound_from_files_and_pipes() {
     let refusal = format!(" is longer than {BYTES_MAX} bytes, the most that a scenario may have\n");
     check(&lamplight(["check", "/dev/zero"]).output().unwrap(), &format!("error: /dev/zero:{refusal}"));

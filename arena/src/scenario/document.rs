@@ -92,6 +92,12 @@ impl<'a> Document<'a> {
         self.source.place(&self.nearest(path))
     }
 
+    /// Where the value at a path was written, if it was.
+    pub(super) fn place_of_given(&self, path: &str) -> Option<Place> {
+        let node = path.split('.').try_fold(&self.root, child)?;
+        Some(self.source.place(&node.span()))
+    }
+
     /// The override that a span was written in, if it was in one.
     pub(super) fn override_at(&self, span: &Span) -> Option<&'a Override> {
         self.source.override_at(span)

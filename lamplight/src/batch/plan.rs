@@ -6,9 +6,11 @@ use std::{path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{
+    caution::cautions,
     placement,
     scenario::{Override, SEED_MAX, Scenario},
 };
+use arena_daemon::options::toml_number;
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
@@ -63,6 +65,8 @@ pub(crate) struct Setting {
     pub(crate) values: Vec<String>,
     /// With the seed of the first trial.
     pub(crate) scenario: Scenario,
+    /// What may not mean in it what its author thinks.
+    cautions: Vec<String>,
 }
 
 /// One trial of a plan.
@@ -136,6 +140,17 @@ impl Plan {
         Ok(Self { identity, base, settings })
     }
 
+    /// What is worth a warning in any setting, each once.
+    pub(crate) fn cautions(&self) -> Vec<String> {
+        let mut cautions: Vec<String> = Vec::new();
+        for caution in self.settings.iter().flat_map(|setting| &setting.cautions) {
+            if !cautions.contains(caution) {
+                cautions.push(caution.clone());
+            }
+        }
+        cautions
+    }
+
     /// Number of trials in all.
     pub(crate) fn len(&self) -> usize {
         self.settings.len() * self.identity.trials as usize
@@ -202,8 +217,9 @@ impl Setting {
              --seed",
             scenario.seed
         );
-        placement::start(&scenario)?;
-        Ok(Self { values, scenario })
+        let poses = placement::start(&scenario)?;
+        let cautions = cautions(&scenario, &poses);
+        Ok(Self { values, scenario, cautions })
     }
 }
 
@@ -214,7 +230,7 @@ impl BatchArgs {
             self.sets.iter().map(|set| set.parse()).collect::<Result<_, _>>()?;
         for (option, key, value) in [
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+            ("duration", "duration_s", self.duration.map(toml_number)),
         ] {
             if let Some(value) = value {
                 overrides.push(spelled(&format!("{key}={value}"), format!("--{option} {value}"))?);

@@ -325,12 +325,9 @@ impl Drawer<'_> {
         Finite::new(short(self.between(-1.0, 1.0) * most))
     }
 
-    /// When a tick is, in few digits.
+    /// When a tick is.
     fn time(&self, tick: u64) -> NonNegative {
-        let exact = tick as f64 * self.scenario.step_s.get();
-        let rounded = (exact * 1e9).round() / 1e9;
-        let time_s = if self.scenario.tick_at(rounded) == tick { rounded } else { exact };
-        nonnegative(time_s).expect("ticks are finite times")
+        nonnegative(self.scenario.time_of(tick)).expect("ticks are finite times")
     }
 
     fn chance(&mut self, probability: f64) -> bool {

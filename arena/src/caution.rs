@@ -1,14 +1,15 @@
-//! Faults that may be planned in vain: known before the run, worth a warning, no reason to refuse.
+//! Parts of a scenario that may not mean what its author thinks: known before the run, worth a warning, no reason to
+//! refuse.
 
 use crate::{
     frame::Pose,
     scenario::{ChannelModel, FaultSpec, Scenario},
 };
 
-/// One line for each fault of `scenario` that may never fire, robots starting at `poses`; with the
-/// place in the file where it was written, if it is known.
+/// One line for each time of `scenario` that was rounded, for each fault that may never fire, robots starting at `poses`;
+/// with the place in the file where it was written, if it is known.
 pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
-    let mut cautions = Vec::new();
+    let mut cautions: Vec<String> = scenario.roundings.0.iter().map(ToString::to_string).collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
         let of_fault = late(fault, scenario).into_iter().chain(far_links(fault, scenario, poses));
         cautions.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
