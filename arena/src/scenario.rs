@@ -24,6 +24,7 @@ mod robot_set;
 mod schema;
 mod steps;
 mod tables;
+mod time_out;
 
 use std::{num::NonZeroU32, path::Path};
 
@@ -132,11 +133,8 @@ impl Scenario {
     fn filled(mut self) -> Self {
         self.channel = self.channel.filled(self.step_s);
         self.light = self.light.filled();
-        let patience = match self.channel.access {
-            Some(Access::Instant) => NonZeroU32::MIN,
-            _ => constant!(NonZeroU32, 4),
-        };
-        self.controller.neighbor_timeout_cycles.get_or_insert(patience);
+        let cycles = time_out::default_cycles(&self.channel, &self.fault);
+        self.controller.neighbor_timeout_cycles.get_or_insert(cycles);
         self
     }
 
@@ -157,7 +155,7 @@ impl Scenario {
 
     /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is always seen; at least 1. What a `u32` cannot hold is longer
     /// than any run.
-    fn neighbor_timeout_ticks(&self) -> u32 {
+    pub fn neighbor_timeout_ticks(&self) -> u32 {
         let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
         let ticks = steps::whole_part(f64::from(cycles) * self.cycle_s() / self.step_s.get());
         u32::try_from(ticks).unwrap_or(u32::MAX).max(1)

@@ -513,6 +513,41 @@ mod plans {
     }
 
     #[test]
+    fn what_comes_later_than_neighbors_are_remembered_is_told_with_the_numbers() {
+        let faults = "
+            [[fault]]
+            kind = \"delay\"
+            delay_s = 0.2
+            jitter_s = 0.4
+            [[fault]]
+            kind = \"slow\"
+            delay_s = 0.5
+            [[fault]]
+            kind = \"delay\"
+            delay_s = 0.4
+            [[fault]]
+            kind = \"duplicate\"
+            probability = 1.0
+            delay_s = 9.0";
+        let told = |cycles: &str| {
+            let scenario = scenario(&format!("{cycles}{faults}"));
+            cautions(&scenario, &placement::start(&scenario).unwrap())
+        };
+        assert_eq!(
+            told(""),
+            [
+                "row:13: fault 0 (delay): packets come up to 0.6 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 7 it is remembered until then",
+                "row:17: fault 1 (slow): answers come 0.5 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 6 it is remembered until then",
+                "row:20: fault 2 (delay): packets come up to 0.4 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 5 it is remembered until then",
+            ]
+        );
+        assert_eq!(told("controller.neighbor_timeout_cycles = 7"), [""; 0]);
+    }
+
+    #[test]
     fn what_ends_makes_room_for_what_begins_in_whichever_order_it_is_planned() {
         let faults = "
             [[fault]]

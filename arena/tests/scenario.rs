@@ -267,6 +267,44 @@ mod reading {
     }
 
     #[test]
+    fn a_neighbor_is_remembered_for_four_cycles_wherever_packets_can_be_lost_or_late() {
+        let cycles = |overrides: &[&str]| {
+            let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
+            scenario.controller.neighbor_timeout_cycles.map(|cycles| cycles.get())
+        };
+        for overrides in [
+            &["channel.loss=0.3"][..],
+            &["channel.soft_edge_m=0.1"],
+            &["channel.occlusion=true"],
+            &["channel.profile=isis"],
+            &["channel.access=slotted"],
+            &["fault=[{ kind = \"loss\", probability = 0.3, from_s = 5 }]"],
+            &["fault=[{ kind = \"burst\", p = 0.1, r = 0.1 }]"],
+            &["fault=[{ kind = \"delay\", delay_s = 0.1 }]"],
+            &["fault=[{ kind = \"corrupt\", probability = 0.1 }]"],
+            &["fault=[{ kind = \"partition\", groups = [\"0\", \"1\"] }]"],
+            &["fault=[{ kind = \"jam\", region = { center_m = [1, 0.5], radius_m = 0.1 } }]"],
+        ] {
+            assert_eq!(cycles(overrides), Some(4), "{overrides:?}");
+            let given = [overrides, &["controller.neighbor_timeout_cycles=2"]].concat();
+            assert_eq!(cycles(&given), Some(2), "{given:?}");
+        }
+        for overrides in [
+            &[][..],
+            &["channel.loss=0", "channel.soft_edge_m=0", "channel.occlusion=false"],
+            &["fault=[{ kind = \"duplicate\", probability = 0.3, delay_s = 1 }]"],
+            &["fault=[{ kind = \"kill\", robots = 0, at_s = 1, restart_at_s = 2 }]"],
+            &["fault=[{ kind = \"pause\", robots = 0 }]"],
+            &["fault=[{ kind = \"slow\", delay_s = 1 }]"],
+            &["fault=[{ kind = \"sensor\", stuck = true }]"],
+            &["fault=[{ kind = \"motion\", stuck = true }]"],
+            &["fault=[{ kind = \"liar\", identity = 1 }]"],
+        ] {
+            assert_eq!(cycles(overrides), Some(1), "{overrides:?}");
+        }
+    }
+
+    #[test]
     fn agents_are_told_what_the_swarmbots_file_says() {
         let scenario = Scenario::load(&scenarios().join("swarmbots.toml"), &[]).expect("a good scenario");
         let setup = scenario.agent_setup(Mode::Lockstep);

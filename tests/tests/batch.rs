@@ -287,3 +287,20 @@ fn a_bad_batch_is_refused_before_anything_is_made() {
         assert!(!out.exists(), "{args:?}");
     }
 }
+
+#[test]
+fn settings_that_remember_neighbors_for_different_times_are_told_and_can_be_made_alike() {
+    let place = Place::new();
+    let loss = ["--trials", "1", "--duration", "1", "--sweep", "channel.loss=0,0.5"];
+    let warnings = |out: &str, args: &[&str]| {
+        let output = done("swarmbots", &place.out(out), &[&loss[..], args, &["--quiet"]].concat());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let told = warnings("a", &[]);
+    let expected = "WARN controller.neighbor_timeout_cycles is 1 in some settings and 4 in others, as only some can \
+                    lose packets; --set controller.neighbor_timeout_cycles=4 makes them alike\n";
+    assert!(told.trim_start() == expected, "{told}");
+    assert_eq!(warnings("b", &["--set", "controller.neighbor_timeout_cycles=4"]), "");
+    let scenario = fs::read_to_string(place.out("b").join("scenario.toml")).unwrap();
+    assert!(scenario.contains("\nneighbor_timeout_cycles = 4\n"), "{scenario}");
+}

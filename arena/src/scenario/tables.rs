@@ -121,8 +121,9 @@ pub struct ControllerSpec {
     pub gradient: GradientSource,
     /// Magnitude of the gradient, sensor counts per meter; with `gradient = "fixed"` and only there.
     pub gradient_magnitude_per_m: Option<Positive>,
-    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4, or 1 on a channel with
-    /// `access = "instant"`, which loses nothing by itself, so that silence means gone.
+    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4 wherever packets can be lost or late:
+    /// with `channel.loss`, `channel.soft_edge_m`, `channel.occlusion`, any `channel.access` but `"instant"`, or a fault
+    /// of kind `loss`, `burst`, `delay`, `corrupt`, `partition` or `jam`. Elsewhere 1, as silence means gone.
     pub neighbor_timeout_cycles: Option<NonZeroU32>,
     /// Base in meters of the triangle that closes the cell of a robot with all neighbors on one bearing.
     #[serde(default = "triangle_side")]

@@ -140,13 +140,24 @@ impl Plan {
         Ok(Self { identity, base, settings })
     }
 
-    /// What is worth a warning in any setting, each once.
+    /// What is worth a warning in any setting, each once, or in the settings beside each other.
     pub(crate) fn cautions(&self) -> Vec<String> {
+        // Its default is another one as soon as a sweep makes packets get lost.
+        const TIMEOUT: &str = "controller.neighbor_timeout_cycles";
         let mut cautions: Vec<String> = Vec::new();
         for caution in self.settings.iter().flat_map(|setting| &setting.cautions) {
             if !cautions.contains(caution) {
                 cautions.push(caution.clone());
             }
+        }
+        let cycles = self.settings.iter().filter_map(|it| it.scenario.controller.neighbor_timeout_cycles);
+        let (least, most) = (cycles.clone().min(), cycles.max());
+        let is_swept = self.identity.sweeps.iter().any(|sweep| sweep.key == TIMEOUT);
+        if let (Some(least), Some(most), true, false) = (least, most, least != most, is_swept) {
+            cautions.push(format!(
+                "{TIMEOUT} is {least} in some settings and {most} in others, as only some can lose packets; \
+                 --set {TIMEOUT}={most} makes them alike"
+            ));
         }
         cautions
     }
