@@ -19,6 +19,9 @@ use crate::{
     trace::{TraceError, TraceOptions},
 };
 
+/// Longest wall time of a step, seconds: a year. Beyond what clocks count, nothing would be held back at all.
+const STEP_WALL_MAX_S: f64 = 365.0 * 86_400.0;
+
 /// How time passes, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "lower")]
@@ -113,6 +116,18 @@ pub enum LoadError {
         "--speed {0}: in --mode realtime virtual time is real time; leave --speed out, or run in lock-step"
     )]
     SpeedInRealtime(f64),
+    /// The next step would never come.
+    #[error(
+        "--speed {speed:?}: a step of {step_s} s would take {:e} s, more than {STEP_WALL_MAX_S:e}, a year; use a higher \
+         speed",
+        step_s / speed
+    )]
+    TooSlow {
+        /// Multiple of real time that was asked for.
+        speed: f64,
+        /// Length of a tick in virtual time.
+        step_s: f64,
+    },
     /// There can be no such trace.
     #[error(transparent)]
     Trace(#[from] TraceError),
@@ -147,6 +162,10 @@ impl RunOptions {
             return Err(LoadError::SpeedInRealtime(speed));
         }
         let scenario = self.scenario.load()?;
+        let step_s = scenario.step_s.get();
+        if let Some(speed) = self.speed.filter(|speed| step_s / speed > STEP_WALL_MAX_S) {
+            return Err(LoadError::TooSlow { speed, step_s });
+        }
         self.trace.check(&scenario, !self.no_profile)?;
         Ok(scenario)
     }

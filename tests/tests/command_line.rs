@@ -54,6 +54,10 @@ fn impossible_numbers_are_refused() {
     check(&run(&["--duration", "nan"]), "error: --duration nan: must be a finite number, got NaN");
     check(&run(&["--seed", "-1"]), "invalid value '-1' for '--seed <S>'");
     check(&run(&["--speed", "0"]), "it must be a positive number");
+    check(
+        &run(&["--speed", "1e-300"]),
+        "error: --speed 1e-300: a step of 0.1 s would take 1e299 s, more than 3.1536e7, a year",
+    );
     check(&run(&["--set", "field.lamp.0.half_distance_m=1e-200"]), "is beyond 1e-6 to 1e12");
     check(&run(&["--set", "arena.size_m=[1e100,1e100]"]), "is beyond 0.001 m to 100000 m a side");
     check(&run(&["--set", "step_s=2"]), "gain_per_s × step_s = 2 exceeds 1.5");
