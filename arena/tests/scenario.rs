@@ -522,6 +522,12 @@ mod overriding {
                 r#"--set fault=[{ kind = "pause", robots = 1979-05-27 }]: expected robots such as 3, [3, 7] or "3, 7, 10-19", found 1979-05-27, a date or a time to TOML"#
             ]],
         );
+        check_override(
+            &["channel.rnge_m=1979-05-27"],
+            expect![
+                "--set channel.rnge_m=1979-05-27: unknown key `rnge_m` in [channel]; did you mean `range_m`?"
+            ],
+        );
         assert!(overridden(&["name=\"1979-05-27\""]).name == "1979-05-27");
     }
 

@@ -106,8 +106,10 @@ impl<'a> Document<'a> {
     /// The date or time with this span, if one is there: to serde it is a table.
     pub(super) fn date_at(&self, span: &Span) -> Option<String> {
         let path = path_of(&self.root, span)?;
-        match path.iter().try_fold(&self.root, |node, key| child(node, key))?.get_ref() {
-            DeValue::Datetime(date) => Some(date.to_string()),
+        let node = path.iter().try_fold(&self.root, |node, key| child(node, key))?;
+        match node.get_ref() {
+            // The span may be that of its key.
+            DeValue::Datetime(date) if node.span() == *span => Some(date.to_string()),
             _ => None,
         }
     }

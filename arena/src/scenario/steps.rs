@@ -11,7 +11,7 @@ use super::error::Place;
 use super::problem::{Problem, ensure, problem};
 
 /// Most steps in any time of a scenario: three years at 10 Hz, eleven days at 1 kHz. Floating point tells that many
-/// apart with seven digits to spare, so no step is lost to rounding.
+/// apart with six digits to spare, so no step is lost to rounding.
 pub const STEPS_MAX: u64 = 1_000_000_000;
 
 /// What the quotient of two decimal numbers may lack to the whole number that was meant.
