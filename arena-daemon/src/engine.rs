@@ -267,7 +267,7 @@ impl Run<'_> {
         let (virtual_time_s, wall_time_s) = (self.arena.time_s(), wall.as_secs_f64());
         Summary {
             scenario: self.scenario.name.clone(),
-            seed: self.scenario.seed,
+            seed: self.scenario.seed.get(),
             robots: self.scenario.robot_count(),
             engine: plan.engine.into(),
             mode: plan.mode,

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use arena::scenario::{Override, OverrideError, Scenario, ScenarioError};
+use arena::scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
@@ -18,6 +18,9 @@ use crate::{
     pace::Overload,
     trace::{TraceError, TraceOptions},
 };
+
+/// Longest wall time of a step, seconds: a year. Beyond what clocks count, nothing would be held back at all.
+const STEP_WALL_MAX_S: f64 = 365.0 * 86_400.0;
 
 /// How time passes, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -41,9 +44,9 @@ pub struct ScenarioOptions {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub robots: Option<i64>,
 
-    /// Seed of every random draw, in place of the scenario's
+    /// Seed of every random draw, in place of the scenario's: from 0 to 9007199254740991, 2^53 − 1
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
+    pub seed: Option<Seed>,
 
     /// Virtual time to run, in place of the scenario's
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -113,6 +116,18 @@ pub enum LoadError {
         "--speed {0}: in --mode realtime virtual time is real time; leave --speed out, or run in lock-step"
     )]
     SpeedInRealtime(f64),
+    /// The next step would never come.
+    #[error(
+        "--speed {speed:?}: a step of {step_s} s would take {:e} s, more than {STEP_WALL_MAX_S:e}, a year; use a higher \
+         speed",
+        step_s / speed
+    )]
+    TooSlow {
+        /// Multiple of real time that was asked for.
+        speed: f64,
+        /// Length of a tick in virtual time.
+        step_s: f64,
+    },
     /// There can be no such trace.
     #[error(transparent)]
     Trace(#[from] TraceError),
@@ -129,8 +144,7 @@ impl ScenarioOptions {
         let named = [
             ("robots", "robots.count", self.robots.map(|robots| robots.to_string())),
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            // TOML spells `nan` and `inf` in small letters.
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+            ("duration", "duration_s", self.duration.map(toml_number)),
         ];
         let sets = self.sets.iter().map(|set| set.parse());
         let named = named.into_iter().filter_map(|(option, key, value)| {
@@ -148,6 +162,10 @@ impl RunOptions {
             return Err(LoadError::SpeedInRealtime(speed));
         }
         let scenario = self.scenario.load()?;
+        let step_s = scenario.step_s.get();
+        if let Some(speed) = self.speed.filter(|speed| step_s / speed > STEP_WALL_MAX_S) {
+            return Err(LoadError::TooSlow { speed, step_s });
+        }
         self.trace.check(&scenario, !self.no_profile)?;
         Ok(scenario)
     }
@@ -193,6 +211,12 @@ impl RunOptions {
         arguments.push(scenario.into());
         arguments
     }
+}
+
+/// A number as TOML spells it: `nan` and `inf` in small letters, and an exponent where digits are many.
+pub fn toml_number(number: f64) -> String {
+    let text = format!("{number:?}").to_lowercase();
+    if text.contains('e') { text } else { text.trim_end_matches(".0").into() }
 }
 
 fn log_format() -> impl TypedValueParser<Value = Format> {

@@ -340,7 +340,7 @@ impl Arena {
 
     /// What the channel has let through, as its receivers measure it.
     fn measure(&mut self, hands: &impl Hands, receptions: &[Reception]) {
-        let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed, &self.measurement);
+        let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed.get(), &self.measurement);
         let measured = |reception: &Reception| {
             let Reception { sender, receiver, number, packet } = *reception;
             let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);

@@ -88,7 +88,7 @@ impl Channel {
             examined: 0,
             medium,
             loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
-            seed: scenario.seed,
+            seed: scenario.seed.get(),
         }
     }
 

@@ -6,7 +6,6 @@
 //! line of the ledger.
 
 mod burst;
-pub mod caution;
 mod choice;
 mod corrupt;
 mod delay;
@@ -137,7 +136,7 @@ impl FaultPlan {
                 line: Line::new(spec.kind, window.clone()),
                 window,
                 state: State::ToCome,
-                luck: Luck { seed: scenario.seed, fault: index as u32, copy: 0 },
+                luck: Luck { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
             }
         };
         Self {

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arena;
+pub mod caution;
 pub mod channel;
 mod delaunay;
 pub mod digest;

@@ -75,7 +75,7 @@ impl Ring {
             noise_counts: light.noise_counts.map_or(0.0, |noise| noise.get()),
             adc_max_counts: light.adc_max_counts.map_or(f64::INFINITY, |max| max.get()),
             adc_step_counts: light.adc_step_counts.map_or(1.0, |step| step.get()),
-            seed: scenario.seed,
+            seed: scenario.seed.get(),
         }
     }
 

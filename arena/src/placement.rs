@@ -36,7 +36,7 @@ pub fn start(scenario: &Scenario) -> Result<Vec<Pose>, PlacementError> {
     };
     let heading = |robot: usize| match &scenario.robots.headings_rad {
         Some(headings) => wrapped(headings[robot].get()),
-        None => Draws::of(scenario.seed, Purpose::StartHeading, 0, robot as u32, 0).between(-PI, PI),
+        None => Draws::of(scenario.seed.get(), Purpose::StartHeading, 0, robot as u32, 0).between(-PI, PI),
     };
     let posed = positions.into_iter().enumerate();
     Ok(posed.map(|(robot, position)| Pose { position, heading: heading(robot) }).collect())
@@ -56,7 +56,7 @@ fn scattered(scenario: &Scenario) -> Result<Vec<ArenaPoint>, PlacementError> {
     for robot in 0..count {
         let spot = (0..ATTEMPTS_MAX)
             .map(|attempt| {
-                let mut draws = Draws::of(scenario.seed, Purpose::StartPosition, attempt, robot, 0);
+                let mut draws = Draws::of(scenario.seed.get(), Purpose::StartPosition, attempt, robot, 0);
                 ArenaPoint::new(draws.between(radius, width - radius), draws.between(radius, height - radius))
             })
             .find(|spot| {

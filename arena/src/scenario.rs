@@ -22,7 +22,9 @@ mod overrides;
 mod problem;
 mod robot_set;
 mod schema;
+mod steps;
 mod tables;
+mod time_out;
 
 use std::{num::NonZeroU32, path::Path};
 
@@ -36,13 +38,15 @@ pub use check::MAX_GAIN_STEP;
 pub use error::{Place, ScenarioError};
 pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
 pub use light::{LightSensor, LightSpec};
+pub use load::BYTES_MAX;
 pub use number::{
     DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, Positive, Probability, Refused,
-    RobotCount, Share, Xy,
+    RobotCount, SEED_MAX, Seed, Share, Xy,
 };
 pub use overrides::{Override, OverrideError};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
 pub use schema::schema_json;
+pub use steps::{Rounded, Roundings, STEPS_MAX};
 pub use tables::{
     ArenaSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec, GradientSource, LampSpec,
     OnHang, OutputSpec, ProcessesSpec, RobotsSpec,
@@ -60,10 +64,10 @@ pub struct Scenario {
     pub name: String,
     /// What the scenario shows, in one line.
     pub description: Option<String>,
-    /// Seed of every random draw: the same seed gives the same run.
+    /// Seed of every random draw: the same seed gives the same run. At most 2^53 − 1, which every reader of JSON keeps.
     #[serde(default = "first_seed")]
-    pub seed: u64,
-    /// Length of the run in seconds of virtual time.
+    pub seed: Seed,
+    /// Length of the run in seconds of virtual time: a whole number of steps, or rounded to one.
     pub duration_s: Positive,
     /// Length of one tick in seconds of virtual time.
     pub step_s: Positive,
@@ -96,6 +100,10 @@ pub struct Scenario {
     /// Bounds of random fault plans, for `lamplight fuzz`.
     #[serde(default)]
     pub fuzz: FuzzSpec,
+
+    /// The times above that were written otherwise: they were no whole numbers of steps.
+    #[serde(skip)]
+    pub roundings: Roundings,
 }
 
 impl Scenario {
@@ -113,6 +121,7 @@ impl Scenario {
                 scenario = scenario.clone().filled();
                 check::check(&scenario)
             })
+            .and_then(|()| steps::settle(&mut scenario, |path| document.place_of_given(path)))
             .map_err(|problem| document.blame(problem))?;
         for (index, fault) in scenario.fault.iter_mut().enumerate() {
             fault.origin = Origin(Some(document.place_of(&format!("fault.{index}.kind"))));
@@ -124,11 +133,8 @@ impl Scenario {
     fn filled(mut self) -> Self {
         self.channel = self.channel.filled(self.step_s);
         self.light = self.light.filled();
-        let patience = match self.channel.access {
-            Some(Access::Instant) => NonZeroU32::MIN,
-            _ => constant!(NonZeroU32, 4),
-        };
-        self.controller.neighbor_timeout_cycles.get_or_insert(patience);
+        let cycles = time_out::default_cycles(&self.channel, &self.fault);
+        self.controller.neighbor_timeout_cycles.get_or_insert(cycles);
         self
     }
 
@@ -139,7 +145,7 @@ impl Scenario {
 
     /// The neighbor cycle that tick `tick` lies in, counted from 0.
     pub fn cycle_of(&self, tick: u64) -> u64 {
-        (tick as f64 * self.step_s.get() / self.cycle_s() + channel::ROUNDING) as u64
+        steps::whole_part(tick as f64 * self.step_s.get() / self.cycle_s())
     }
 
     /// Whether a neighbor cycle begins at this tick: agents then get a percept, and answer it.
@@ -147,22 +153,35 @@ impl Scenario {
         tick == 0 || self.cycle_of(tick) != self.cycle_of(tick - 1)
     }
 
+    /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is always seen; at least 1. What a `u32` cannot hold is longer
+    /// than any run.
+    pub fn neighbor_timeout_ticks(&self) -> u32 {
+        let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
+        let ticks = steps::whole_part(f64::from(cycles) * self.cycle_s() / self.step_s.get());
+        u32::try_from(ticks).unwrap_or(u32::MAX).max(1)
+    }
+
     /// The tick nearest to a time.
     pub fn tick_at(&self, time_s: f64) -> u64 {
         (time_s / self.step_s.get()).round() as u64
     }
 
-    /// Number of ticks in the run: `duration_s` over `step_s`, rounded, at least 1.
+    /// When a tick is, seconds.
+    pub fn time_of(&self, tick: u64) -> f64 {
+        steps::time_of(tick, self.step_s.get())
+    }
+
+    /// Number of ticks in the run: `duration_s` in steps.
     pub fn ticks(&self) -> u64 {
         self.whole_steps(self.duration_s)
     }
 
-    /// Ticks between two rows of `metrics.csv`: `metrics_every_s` over `step_s`, rounded, at least 1.
+    /// Ticks between two rows of `metrics.csv`: `metrics_every_s` in steps.
     pub fn sample_every_ticks(&self) -> u64 {
         self.whole_steps(self.output.metrics_every_s)
     }
 
-    /// Ticks between two times in `poses.csv`, if the scenario asks for one: at least 1.
+    /// Ticks between two times in `poses.csv`, if the scenario asks for one: `poses_every_s` in steps.
     pub fn poses_every_ticks(&self) -> Option<u64> {
         self.output.poses_every_s.map(|every_s| self.whole_steps(every_s))
     }
@@ -183,7 +202,7 @@ impl Scenario {
         let clock = ClockSetup {
             drift_ppm: self.processes.clock_drift_ppm.get(),
             jitter: Seconds::new(self.processes.timer_jitter_s.get()).expect("it is a finite number"),
-            seed: self.seed,
+            seed: self.seed.get(),
         };
         AgentSetup { mode, plane: self.plane(mode), cycle, clock, controller: self.controller_setup() }
     }
@@ -221,17 +240,10 @@ impl Scenario {
             neighbor_timeout_ticks: self.neighbor_timeout_ticks(),
         }
     }
-
-    /// Rounded down, so that silence of as many cycles is always seen; at least 1.
-    fn neighbor_timeout_ticks(&self) -> u32 {
-        let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
-        let ticks = f64::from(cycles) * self.cycle_s() / self.step_s.get() + channel::ROUNDING;
-        (ticks as u32).max(1)
-    }
 }
 
-fn first_seed() -> u64 {
-    1
+fn first_seed() -> Seed {
+    constant!(Seed, 1)
 }
 
 fn file_stem(path: &str) -> String {

@@ -4,8 +4,9 @@
 
 use arena::{
     Arena,
+    caution::cautions,
     channel::Reception,
-    fault::{Act, FaultPlan, Passage, Strike, caution::cautions},
+    fault::{Act, FaultPlan, Passage, Strike},
     frame::{ArenaPoint, Pose},
     placement,
     scenario::Scenario,
@@ -513,6 +514,41 @@ mod plans {
                 "row:21: fault 2 (kill): nobody is restarted before the end of the run (100 s)",
             ]
         );
+    }
+
+    #[test]
+    fn what_comes_later_than_neighbors_are_remembered_is_told_with_the_numbers() {
+        let faults = "
+            [[fault]]
+            kind = \"delay\"
+            delay_s = 0.2
+            jitter_s = 0.4
+            [[fault]]
+            kind = \"slow\"
+            delay_s = 0.5
+            [[fault]]
+            kind = \"delay\"
+            delay_s = 0.4
+            [[fault]]
+            kind = \"duplicate\"
+            probability = 1.0
+            delay_s = 9.0";
+        let told = |cycles: &str| {
+            let scenario = scenario(&format!("{cycles}{faults}"));
+            cautions(&scenario, &placement::start(&scenario).unwrap())
+        };
+        assert_eq!(
+            told(""),
+            [
+                "row:13: fault 0 (delay): packets come up to 0.6 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 7 it is remembered until then",
+                "row:17: fault 1 (slow): answers come 0.5 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 6 it is remembered until then",
+                "row:20: fault 2 (delay): packets come up to 0.4 s late, and a neighbor is forgotten after 0.4 s, \
+                 controller.neighbor_timeout_cycles = 4; with 5 it is remembered until then",
+            ]
+        );
+        assert_eq!(told("controller.neighbor_timeout_cycles = 7"), [""; 0]);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! The scenario file: what is read, what is refused in which words, and the ready files in `scenarios/`.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use arena::scenario::{Override, Scenario, ScenarioError, schema_json};
+use arena::scenario::{BYTES_MAX, Override, SEED_MAX, STEPS_MAX, Scenario, ScenarioError, schema_json};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use protocol::setup::{GradientMode, Mode, Plane};
@@ -174,10 +174,16 @@ mod reading {
     }
 
     #[test]
-    fn the_largest_seed_survives_a_round_trip() {
-        let scenario = parse(SMALLEST, &["seed=18446744073709551615"]).expect("a good scenario");
-        assert_eq!(scenario.seed, u64::MAX);
+    fn the_largest_seed_is_one_that_every_reader_of_toml_and_json_keeps() {
+        let scenario = parse(SMALLEST, &["seed=9007199254740991"]).expect("a good scenario");
+        assert_eq!(scenario.seed.get(), SEED_MAX);
+        assert_eq!(SEED_MAX as f64 as u64, SEED_MAX);
         assert_eq!(parse(&scenario.to_toml(), &[]), Ok(scenario));
+        for beyond in ["9007199254740992", "18446744073709551616", "-1"] {
+            let error = parse(SMALLEST, &[&format!("seed={beyond}")]).expect_err("a bad seed").to_string();
+            let expected = format!("--set seed={beyond}: must be from 0 to 9007199254740991, got {beyond}");
+            assert_eq!(error, expected);
+        }
     }
 
     #[test]
@@ -191,11 +197,111 @@ mod reading {
         assert_eq!(ticks(&["output.metrics_every_s=0.01"]), (100, 1));
     }
 
+    /// What is said of the roundings of the smallest scenario with overrides.
+    fn said_of(overrides: &[&str], expected: Expect) -> Scenario {
+        let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
+        let said = scenario.roundings.0.iter().map(|rounded| format!("{rounded}\n")).collect::<String>();
+        expected.assert_eq(&said);
+        scenario
+    }
+
+    #[test]
+    fn a_time_that_is_no_whole_number_of_steps_is_rounded_and_said() {
+        let scenario = said_of(
+            &["duration_s=1", "step_s=0.4", "output.poses_every_s=0.5", "output.metrics_every_s=0.01"],
+            expect![[r#"
+                --set duration_s=1: duration_s = 1 is not a whole number of steps of 0.4 s: 3 steps, 1.2 s, will be run
+                --set output.metrics_every_s=0.01: output.metrics_every_s = 0.01 is not a whole number of steps of 0.4 s: 1 step, 0.4 s, will be run
+                --set output.poses_every_s=0.5: output.poses_every_s = 0.5 is not a whole number of steps of 0.4 s: 1 step, 0.4 s, will be run
+            "#]],
+        );
+        assert_eq!((scenario.ticks(), scenario.duration_s.get()), (3, 1.2));
+        assert!(scenario.to_toml().contains("\nduration_s = 1.2\n"), "{}", scenario.to_toml());
+        let resolved = parse(&scenario.to_toml(), &[]).expect("a resolved scenario");
+        assert!(resolved.roundings.0.is_empty(), "{:?}", resolved.roundings);
+        assert_eq!(resolved, scenario);
+    }
+
+    #[test]
+    fn the_times_of_faults_are_rounded_and_said() {
+        let plan = r#"fault=[{ kind = "kill", robots = 0, at_s = 0.26, restart_at_s = 0.5 },
+            { kind = "delay", from_s = 0.04, until_s = 9.99, delay_s = 0.16 },
+            { kind = "delay", delay_s = 0.16, jitter_s = 0.01 }, { kind = "slow", delay_s = 0.3 }]"#;
+        let scenario = parse(SMALLEST, &[plan]).unwrap_or_else(|error| panic!("{error}"));
+        let said: Vec<String> = scenario.roundings.0.iter().map(ToString::to_string).collect();
+        let run = |written: &str| {
+            let line = said.iter().find(|line| line.contains(&format!(": {written} is not a whole")))?;
+            line.rsplit_once(": ").map(|(_, run)| run)
+        };
+        assert_eq!(run("fault.0.at_s = 0.26"), Some("3 steps, 0.3 s, will be run"));
+        assert_eq!(run("fault.1.from_s = 0.04"), Some("0 steps, 0 s, will be run"));
+        assert_eq!(run("fault.1.until_s = 9.99"), Some("100 steps, 10 s, will be run"));
+        assert_eq!(run("fault.1.delay_s = 0.16"), Some("2 steps, 0.2 s, will be run"));
+        assert_eq!(said.len(), 4, "a delay with jitter is rounded as a whole: {said:?}");
+        let times = |index: usize| (scenario.fault[index].begins_s(), scenario.fault[index].ends_s());
+        assert_eq!((times(0), times(1)), ((0.3, Some(0.5)), (0.0, Some(10.0))));
+    }
+
+    #[test]
+    fn a_default_and_a_rounding_error_are_no_news() {
+        let scenario = said_of(&["duration_s=6", "step_s=0.3"], expect![""]);
+        assert_eq!((scenario.sample_every_ticks(), scenario.output.metrics_every_s.get()), (3, 0.9));
+        let scenario = said_of(&["duration_s=0.30000000000000004", "step_s=0.1"], expect![""]);
+        assert_eq!(scenario.duration_s.get(), 0.30000000000000004, "as it was written");
+    }
+
+    #[test]
+    fn every_step_up_to_the_last_that_is_counted_begins_a_cycle_of_its_own() {
+        let scenario = parse(SMALLEST, &["duration_s=1e8"]).expect("a good scenario");
+        assert_eq!(scenario.ticks(), STEPS_MAX);
+        for from in (0..STEPS_MAX).step_by(9_876_543) {
+            assert!((from..from + 1000).all(|tick| scenario.begins_cycle(tick)), "beyond {from}");
+        }
+    }
+
     #[test]
     fn the_count_follows_from_the_positions() {
         let scenario =
             parse(&edited("count = 3", "positions_m = [[0, 0], [2, 1]]"), &[]).expect("a good scenario");
         assert_eq!(scenario.robot_count(), 2);
+    }
+
+    #[test]
+    fn a_neighbor_is_remembered_for_four_cycles_wherever_packets_can_be_lost_or_late() {
+        let cycles = |overrides: &[&str]| {
+            let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
+            scenario.controller.neighbor_timeout_cycles.map(|cycles| cycles.get())
+        };
+        for overrides in [
+            &["channel.loss=0.3"][..],
+            &["channel.soft_edge_m=0.1"],
+            &["channel.occlusion=true"],
+            &["channel.profile=isis"],
+            &["channel.access=slotted"],
+            &["fault=[{ kind = \"loss\", probability = 0.3, from_s = 5 }]"],
+            &["fault=[{ kind = \"burst\", p = 0.1, r = 0.1 }]"],
+            &["fault=[{ kind = \"delay\", delay_s = 0.1 }]"],
+            &["fault=[{ kind = \"corrupt\", probability = 0.1 }]"],
+            &["fault=[{ kind = \"partition\", groups = [\"0\", \"1\"] }]"],
+            &["fault=[{ kind = \"jam\", region = { center_m = [1, 0.5], radius_m = 0.1 } }]"],
+        ] {
+            assert_eq!(cycles(overrides), Some(4), "{overrides:?}");
+            let given = [overrides, &["controller.neighbor_timeout_cycles=2"]].concat();
+            assert_eq!(cycles(&given), Some(2), "{given:?}");
+        }
+        for overrides in [
+            &[][..],
+            &["channel.loss=0", "channel.soft_edge_m=0", "channel.occlusion=false"],
+            &["fault=[{ kind = \"duplicate\", probability = 0.3, delay_s = 1 }]"],
+            &["fault=[{ kind = \"kill\", robots = 0, at_s = 1, restart_at_s = 2 }]"],
+            &["fault=[{ kind = \"pause\", robots = 0 }]"],
+            &["fault=[{ kind = \"slow\", delay_s = 1 }]"],
+            &["fault=[{ kind = \"sensor\", stuck = true }]"],
+            &["fault=[{ kind = \"motion\", stuck = true }]"],
+            &["fault=[{ kind = \"liar\", identity = 1 }]"],
+        ] {
+            assert_eq!(cycles(overrides), Some(1), "{overrides:?}");
+        }
     }
 
     #[test]
@@ -318,7 +424,9 @@ mod overriding {
         assert!(scenario.field.gaussian.iter().all(|peak| peak.sigma_m.get() == 0.2));
         check_override(
             &["field.gaussian.*.sigma_m=0.2"],
-            expect!["--set field.gaussian.*.sigma_m=0.2: expected an array, found a table"],
+            expect![[r#"
+                --set field.gaussian.*.sigma_m=0.2: there is no entry `*`: `field.gaussian` is empty or not given
+                hint: give the array whole: --set 'field.gaussian=[{ sigma_m = ... }]'"#]],
         );
         check_override(
             &["robots.*=1"],
@@ -332,9 +440,7 @@ mod overriding {
     fn a_path_that_leads_nowhere_says_so() {
         check_override(
             &["seed.first=1"],
-            expect![
-                "--set seed.first=1: expected a whole number from 0 to 18446744073709551615, found a table"
-            ],
+            expect!["--set seed.first=1: expected a whole number, found a table"],
         );
         check_override(
             &["arena.size_m.2=1"],
@@ -344,10 +450,85 @@ mod overriding {
             &["robots.radius_m="],
             expect!["--set robots.radius_m=: there is no key `radius_m` to remove"],
         );
+    }
+
+    #[test]
+    fn an_entry_of_an_array_that_is_empty_or_not_there_is_said_to_be_missing() {
         check_override(
-            &["field.gaussian.0.sigma_m=0.2"],
-            expect!["--set field.gaussian.0.sigma_m=0.2: expected an array, found a table"],
+            &["fault.0.kind=\"kill\""],
+            expect![[r#"
+                --set fault.0.kind="kill": there is no entry `0`: `fault` is empty or not given
+                hint: give the array whole: --set 'fault=[{ kind = ... }]'"#]],
         );
+        check_override(
+            &["fault=[]", "fault.0.kind=\"kill\""],
+            expect![[r#"
+                --set fault.0.kind="kill": there is no entry `0`: `fault` is empty or not given
+                hint: give the array whole: --set 'fault=[{ kind = ... }]'"#]],
+        );
+        check_override(
+            &["field.lamp=[]", "field.lamp.*.peak=3"],
+            expect![[r#"
+                --set field.lamp.*.peak=3: there is no entry `*`: `field.lamp` is empty or not given
+                hint: give the array whole: --set 'field.lamp=[{ peak = ... }]'"#]],
+        );
+        check_override(
+            &["robots.positions_m.0=[1, 1]"],
+            expect![[r#"
+                --set robots.positions_m.0=[1, 1]: there is no entry `0`: `robots.positions_m` is empty or not given
+                hint: give the array whole: --set 'robots.positions_m=[...]'"#]],
+        );
+        check_override(
+            &["fault=[{ kind = \"pause\" }]", "fault.1.kind=\"kill\""],
+            expect![[r#"--set fault.1.kind="kill": there is no entry `1` in an array of 1"#]],
+        );
+        check_override(
+            &["foult.0.kind=\"kill\""],
+            expect![[r#"--set foult.0.kind="kill": unknown key `foult`; did you mean `fault`?"#]],
+        );
+    }
+
+    #[test]
+    fn a_date_is_called_a_date_and_text_is_told_to_stand_in_quotes() {
+        check_override(
+            &["name=1979-05-27"],
+            expect![[r#"
+                --set name=1979-05-27: expected a string, found 1979-05-27, a date or a time to TOML
+                hint: in quotes it is text: --set 'name="1979-05-27"'"#]],
+        );
+        check_override(
+            &["name=7"],
+            expect![[r#"
+                --set name=7: expected a string, found integer `7`
+                hint: in quotes it is text: --set 'name="7"'"#]],
+        );
+        check_override(
+            &["arena=07:32:00"],
+            expect!["--set arena=07:32:00: expected a table, found 07:32:00, a date or a time to TOML"],
+        );
+        check_override(
+            &["fault=1979-05-27"],
+            expect!["--set fault=1979-05-27: expected an array, found 1979-05-27, a date or a time to TOML"],
+        );
+        check_override(
+            &["channel.model=1979-05-27"],
+            expect![
+                "--set channel.model=1979-05-27: expected a string, found 1979-05-27, a date or a time to TOML"
+            ],
+        );
+        check_override(
+            &["fault=[{ kind = \"pause\", robots = 1979-05-27 }]"],
+            expect![[
+                r#"--set fault=[{ kind = "pause", robots = 1979-05-27 }]: expected robots such as 3, [3, 7] or "3, 7, 10-19", found 1979-05-27, a date or a time to TOML"#
+            ]],
+        );
+        check_override(
+            &["channel.rnge_m=1979-05-27"],
+            expect![
+                "--set channel.rnge_m=1979-05-27: unknown key `rnge_m` in [channel]; did you mean `range_m`?"
+            ],
+        );
+        assert!(overridden(&["name=\"1979-05-27\""]).name == "1979-05-27");
     }
 
     #[test]
@@ -515,7 +696,7 @@ mod refusing {
         check_edit(
             "step_s = 0.1",
             "step_s = 2020-01-01",
-            expect!["x.toml:2: step_s: expected a number, found a table"],
+            expect!["x.toml:2: step_s: expected a number, found 2020-01-01, a date or a time to TOML"],
         );
         check_edit(
             "size_m",
@@ -549,9 +730,7 @@ mod refusing {
         check_edit(
             "step_s = 0.1",
             "step_s = 0.1\nseed = -1",
-            expect![
-                "x.toml:3: seed: expected a whole number from 0 to 18446744073709551615, found integer `-1`"
-            ],
+            expect!["x.toml:3: seed: must be from 0 to 9007199254740991, got -1"],
         );
         check_edit(
             "count = 3",
@@ -566,7 +745,7 @@ mod refusing {
         check_edit(
             "count = 3",
             "count = 99999999999999999999",
-            expect!["x.toml:8: robots.count: expected a whole number, found integer `99999999999999999999`"],
+            expect!["x.toml:8: robots.count: must be from 1 to 1000000 robots, got 99999999999999999999"],
         );
         check_edit(
             "count = 3",
@@ -599,6 +778,39 @@ mod refusing {
             "duration_s = 0.05",
             expect!["x.toml:2: step_s = 0.1 is longer than the whole run, duration_s = 0.05"],
         );
+    }
+
+    #[test]
+    fn a_time_of_more_steps_than_are_counted_is_refused_with_the_bound() {
+        check_override(
+            &["duration_s=1e300"],
+            expect![
+                "--set duration_s=1e300: duration_s = 1e300 is more than 1000000000 steps of 0.1 s, the most that are counted; use 100000000.0 or less, or a longer step_s"
+            ],
+        );
+        check_override(
+            &["step_s=1e-300"],
+            expect![
+                "--set step_s=1e-300: duration_s = 10.0 is more than 1000000000 steps of 1e-300 s, the most that are counted; use 1e-291 or less, or a longer step_s"
+            ],
+        );
+        for (path, set) in [
+            ("output.metrics_every_s", "output.metrics_every_s=2e8"),
+            ("output.poses_every_s", "output.poses_every_s=2e8"),
+            ("fuzz.duration_s", "fuzz.duration_s=2e8"),
+            ("fuzz.delay_max_s", "fuzz.delay_max_s=2e8"),
+            ("fault.0.from_s", "fault=[{ kind = \"pause\", from_s = 2e8 }]"),
+            ("fault.0.until_s", "fault=[{ kind = \"pause\", until_s = 2e8 }]"),
+            ("fault.0.at_s", "fault=[{ kind = \"kill\", robots = 1, at_s = 2e8 }]"),
+            ("fault.0.restart_at_s", "fault=[{ kind = \"kill\", robots = 1, at_s = 1, restart_at_s = 2e8 }]"),
+            ("fault.0.delay_s", "fault=[{ kind = \"slow\", delay_s = 2e8 }]"),
+            ("fault.0.delay_s", "fault=[{ kind = \"delay\", delay_s = 2e8, jitter_s = 1 }]"),
+            ("fault.0.jitter_s", "fault=[{ kind = \"delay\", delay_s = 1, jitter_s = 2e8 }]"),
+        ] {
+            let error = parse(SMALLEST, &[set]).expect_err(set).to_string();
+            let message = format!("{path} = 200000000.0 is more than 1000000000 steps of 0.1 s");
+            assert!(error.contains(&message), "{error}");
+        }
     }
 
     #[test]
@@ -781,6 +993,15 @@ mod files {
     #[test]
     fn a_folder_is_not_a_scenario() {
         check_file(scenarios(), expect!["DIR/scenarios: is a directory, not a scenario file"]);
+    }
+
+    #[test]
+    fn a_file_without_an_end_is_refused_at_the_bound() {
+        let error = Scenario::load(Path::new("/dev/zero"), &[]).expect_err("no scenario").to_string();
+        assert_eq!(
+            error,
+            format!("/dev/zero: is longer than {BYTES_MAX} bytes, the most that a scenario may have")
+        );
     }
 
     #[test]

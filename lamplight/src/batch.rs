@@ -16,6 +16,7 @@ use std::{
 };
 
 use anyhow::anyhow;
+use arena::scenario::Seed;
 use arena_daemon::{progress::Meter, stop::exit_status};
 use clap::{Args, ValueEnum};
 use logbook::Format;
@@ -56,9 +57,9 @@ pub(crate) struct BatchArgs {
     #[arg(long = "sweep", value_name = "KEY.PATH=A,B,...")]
     sweeps: Vec<String>,
 
-    /// Seed of the first trial, in place of the scenario's
+    /// Seed of the first trial, in place of the scenario's; the last one's is at most 9007199254740991, 2^53 − 1
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    seed: Option<u64>,
+    seed: Option<Seed>,
 
     /// Longest virtual time of a trial, in place of the scenario's
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -100,6 +101,7 @@ pub(crate) struct BatchArgs {
 pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
+    log::warn_of(&plan.cautions());
     let crew = Crew::new(args, &plan)?;
     let (mut folder, missing) = Folder::open(&args.out, &plan)?;
     let total = plan.len();

@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use arena::{Arena, fault::caution::cautions, scenario::Scenario};
+use arena::{Arena, caution::cautions, scenario::Scenario};
 use clap::Args;
 use logbook::Format;
 
@@ -18,7 +18,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
     log::begin(false, Format::Text);
-    cautions(&scenario, arena.poses()).iter().for_each(|caution| tracing::warn!("{caution}"));
+    log::warn_of(&cautions(&scenario, arena.poses()));
     say(&format!(
         "{}: sound: {} robots, {} ticks of {} s, {} faults\n",
         args.scenario.display(),

@@ -12,7 +12,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::scenario::{Positive, Scenario};
+use arena::{
+    caution::cautions,
+    scenario::{Positive, SEED_MAX, Scenario, Seed},
+};
 use arena_daemon::{
     options::ScenarioOptions,
     progress::Meter,
@@ -33,8 +36,6 @@ use crate::{failure::Failure, in_process, limits, log, name, say::say};
 const DURATION_MAX_S: f64 = 20.0;
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
-/// Highest seed that a scenario file can hold: TOML's whole numbers have a sign.
-pub(crate) const SEED_MAX: u64 = i64::MAX as u64;
 
 /// What each scenario is run by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -71,6 +72,8 @@ pub(crate) struct FuzzArgs {
 pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
+    // It has no faults, whose robots would have to be somewhere.
+    log::warn_of(&cautions(&base, &[]));
     if args.engine == Engines::Both {
         limits::prepare(base.robot_count(), base.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
     }
@@ -89,7 +92,8 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     let began = Instant::now();
     let mut meter = Meter::begin(Some(args.runs), args.quiet);
     let (mut done, mut failed, mut repeated) = (0, 0, 0);
-    for seed in base.seed..base.seed + args.runs {
+    for run in 0..args.runs {
+        let seed = base.seed.after(run).expect("the last run's seed was checked");
         let scenario = plan::drawn(&base, seed);
         let outcome = check(&scenario, workshop.as_ref(), &stop, &mut repeated);
         if stop.is_raised() {
@@ -123,8 +127,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
 /// The scenario that all runs vary: short, patient, without faults of its own.
 fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
     let mut base = args.options.load().map_err(Failure::usage)?;
-    let last = base.seed.checked_add(args.runs - 1);
-    if last.is_none_or(|last| last > SEED_MAX) {
+    if base.seed.after(args.runs - 1).is_none() {
         return Err(Failure::Usage(anyhow!(
             "--runs {} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer runs or a lower --seed",
             args.runs,
@@ -139,11 +142,11 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
         *timeout_s = Positive::new(timeout_s.get().max(PATIENCE_S)).unwrap_or(*timeout_s);
     }
     base.fault.clear();
-    // A shorter run may be too short for the channel's cycle.
-    Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]).map_err(|error| {
+    // A shorter run may be too short for the channel's cycle, or no whole number of steps.
+    let settled = Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]);
+    settled.map_err(|error| {
         Failure::Usage(anyhow!("with duration_s = {}: {}", base.duration_s.get(), error.message))
-    })?;
-    Ok(base)
+    })
 }
 
 /// How many runs were repeated, if any.
@@ -228,7 +231,7 @@ fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
 }
 
 /// The one command that repeats the run of this seed.
-fn replay(args: &FuzzArgs, seed: u64) -> String {
+fn replay(args: &FuzzArgs, seed: Seed) -> String {
     let options = &args.options;
     let mut words = vec!["lamplight".into(), "fuzz".into(), options.file.display().to_string()];
     let mut add = |option: &str, value: String| words.extend([option.into(), value]);

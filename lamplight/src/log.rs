@@ -40,6 +40,11 @@ pub(crate) fn begin(quiet: bool, format: Format) {
     init_log(quiet, format, write, true);
 }
 
+/// Warns of what may not mean in a scenario what its author thinks.
+pub(crate) fn warn_of(cautions: &[String]) {
+    cautions.iter().for_each(|caution| tracing::warn!("{caution}"));
+}
+
 /// Keeps from here on what is logged: in `log.txt` or `log.jsonl` in `folder`, made by the first line.
 pub(crate) fn keep_in(folder: &Path) {
     let name = match logbook::format() {

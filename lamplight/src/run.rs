@@ -5,7 +5,7 @@ use std::{process, process::ExitCode, sync::Arc};
 use anyhow::{Context, anyhow};
 use arena::{
     Arena,
-    fault::caution::{cautions, named},
+    caution::{cautions, named},
     placement,
     scenario::Scenario,
 };
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     let name = args.name.clone().unwrap_or_else(|| default_name(&scenario));
     logbook::in_run(&name);
-    cautions(&scenario, &poses).iter().for_each(|caution| tracing::warn!("{caution}"));
+    log::warn_of(&cautions(&scenario, &poses));
     let outcome = match args.engine {
         Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario, name)?,

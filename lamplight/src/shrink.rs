@@ -16,7 +16,11 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::scenario::{FaultSpec, Scenario};
+use arena::{
+    caution::cautions,
+    placement,
+    scenario::{FaultSpec, Scenario},
+};
 use arena_daemon::{
     engine,
     options::ScenarioOptions,
@@ -73,7 +77,8 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
     let expression: Expression =
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
     let whole = args.options.load().map_err(Failure::usage)?;
-    arena::Arena::new(&whole).map_err(Failure::usage)?;
+    let poses = placement::start(&whole).map_err(Failure::usage)?;
+    log::warn_of(&cautions(&whole, &poses));
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
     refuse_to_overwrite(&out)?;
     let stop = StopFlag::default();

@@ -437,7 +437,7 @@ fn a_file_that_something_else_has_changed_is_not_taken_for_a_batch() {
 fn a_bad_batch_is_refused_before_anything_is_made() {
     let place = Place::new();
     let out = place.out("b");
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["--trials", "0"], "invalid value '0' for '--trials <K>'"),
         (&["--trials", "2", "--robots", "10,0"], "--robots 0"),
         (
@@ -447,7 +447,8 @@ fn a_bad_batch_is_refused_before_anything_is_made() {
         (&["--trials", "2", "--sweep", "field.offset=1,x"], "--sweep field.offset=x: "),
         (&["--trials", "2", "--sweep", "seed=1,2"], "use --seed and --trials"),
         (&["--trials", "2", "--sweep", "field.offset=1", "--sweep", "field.offset=2"], "is given twice"),
-        (&["--trials", "2", "--seed", "9223372036854775807"], "beyond the highest seed"),
+        (&["--trials", "2", "--seed", "9007199254740991"], "beyond the highest seed, 9007199254740991"),
+        (&["--trials", "999999999", "--robots", "2,3"], "are more than 1000000000 trials"),
         (&["--trials", "2", "--robots", "5,9,5"], "--robots: 5 is given twice"),
         (&["--trials", "2", "--keep", "errors,errors"], "--keep: errors is given twice"),
         (&["--trials", "2", "--sweep", "field.offset=2,2"], "--sweep field.offset: 2 is given twice"),
@@ -461,4 +462,21 @@ fn a_bad_batch_is_refused_before_anything_is_made() {
         assert!(error.contains(expected), "{args:?}: {error}");
         assert!(!out.exists(), "{args:?}");
     }
+}
+
+#[test]
+fn settings_that_remember_neighbors_for_different_times_are_told_and_can_be_made_alike() {
+    let place = Place::new();
+    let loss = ["--trials", "1", "--duration", "1", "--sweep", "channel.loss=0,0.5"];
+    let warnings = |out: &str, args: &[&str]| {
+        let output = done("swarmbots", &place.out(out), &[&loss[..], args, &["--quiet"]].concat());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let told = warnings("a", &[]);
+    let expected = "WARN controller.neighbor_timeout_cycles is 1 in some settings and 4 in others, as only some can \
+                    lose packets; --set controller.neighbor_timeout_cycles=4 makes them alike\n";
+    assert!(told.trim_start() == expected, "{told}");
+    assert_eq!(warnings("b", &["--set", "controller.neighbor_timeout_cycles=4"]), "");
+    let scenario = fs::read_to_string(place.out("b").join("scenario.toml")).unwrap();
+    assert!(scenario.contains("\nneighbor_timeout_cycles = 4\n"), "{scenario}");
 }

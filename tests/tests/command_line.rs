@@ -2,9 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{fs, process::Output};
+use std::{
+    fs,
+    io::Write,
+    process::{Output, Stdio},
+};
 
-use tests::programs::{lamplight, said, scenario};
+use arena::scenario::{BYTES_MAX, SEED_MAX};
+use tests::programs::{Run, lamplight, said, scenario};
 
 fn run(args: &[&str]) -> Output {
     lamplight(["run"]).arg(scenario("swarmbots")).args(args).output().unwrap()
@@ -49,9 +54,90 @@ fn impossible_numbers_are_refused() {
     check(&run(&["--duration", "nan"]), "error: --duration nan: must be a finite number, got NaN");
     check(&run(&["--seed", "-1"]), "invalid value '-1' for '--seed <S>'");
     check(&run(&["--speed", "0"]), "it must be a positive number");
+    check(
+        &run(&["--speed", "1e-300"]),
+        "error: --speed 1e-300: a step of 0.1 s would take 1e299 s, more than 3.1536e7, a year",
+    );
     check(&run(&["--set", "field.lamp.0.half_distance_m=1e-200"]), "is beyond 1e-6 to 1e12");
     check(&run(&["--set", "arena.size_m=[1e100,1e100]"]), "is beyond 0.001 m to 100000 m a side");
     check(&run(&["--set", "step_s=2"]), "gain_per_s × step_s = 2 exceeds 1.5");
+}
+
+#[test]
+fn a_seed_beyond_what_json_keeps_is_refused_wherever_one_is_given() {
+    let beyond = (SEED_MAX + 1).to_string();
+    let bound = format!("from 0 to {SEED_MAX}, got {beyond}\n");
+    let set = format!("seed={beyond}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    fs::write(&path, good.replace("\nseed = 1\n", &format!("\nseed = {beyond}\n"))).unwrap();
+    check(&lamplight(["check"]).arg(&path).output().unwrap(), &format!("far.toml:13: seed: must be {bound}"));
+    for command in [
+        &["run"][..],
+        &["batch", "--trials", "1", "--out", "never"],
+        &["fuzz", "--runs", "1"],
+        &["shrink", "--until", "robots == 50"],
+    ] {
+        let with = |args: &[&str]| {
+            let mut lamplight = lamplight(command);
+            lamplight.arg(scenario("swarmbots")).args(args).current_dir(folder.path()).output().unwrap()
+        };
+        check(&with(&["--seed", &beyond]), &bound);
+        check(&with(&["--set", &set]), &bound);
+    }
+    let highest = SEED_MAX.to_string();
+    let run = Run::of("swarmbots", &["--engine", "in-process", "--duration", "0.1", "--seed", &highest]);
+    assert_eq!(run.number("seed") as u64, SEED_MAX, "as a reader of floating point has it");
+}
+
+#[test]
+fn what_is_rounded_to_whole_steps_is_said_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output =
+        run(&["--engine", "in-process", "--quiet", "--duration", "1.02", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let warning = "WARN --duration 1.02: duration_s = 1.02 is not a whole number of steps of 0.1 s: 10 steps, 1 s, \
+                   will be run\n";
+    assert_eq!(String::from_utf8_lossy(&output.stderr).trim_start(), warning);
+    let resolved = fs::read_to_string(out.join("scenario.toml")).unwrap();
+    assert!(resolved.contains("\nduration_s = 1.0\n"), "{resolved}");
+    let whole = Run::of("swarmbots", &["--engine", "in-process", "--duration", "1"]);
+    assert_eq!(Run::in_folder(folder).digest(), whole.digest());
+}
+
+#[test]
+fn a_check_says_what_will_be_run_and_refuses_what_cannot_be_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.toml");
+    let good = fs::read_to_string(scenario("swarmbots")).unwrap();
+    let checked = |duration: &str| {
+        fs::write(&path, good.replace("\nduration_s = 120.0\n", duration)).unwrap();
+        lamplight(["check"]).arg(&path).output().unwrap()
+    };
+    let output = checked("\nduration_s = 1.23\n");
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(": 12 steps, 1.2 s, will be run\n"));
+    assert!(String::from_utf8_lossy(&output.stdout).ends_with(" 12 ticks of 0.1 s, 0 faults\n"));
+    check(
+        &checked("\nduration_s = 1e300\n"),
+        ": duration_s = 1e300 is more than 1000000000 steps of 0.1 s, ",
+    );
+    check(&run(&["--duration", "1e300"]), "error: --duration 1e300: duration_s = 1e300 is more than ");
+}
+
+#[test]
+fn a_scenario_without_an_end_is_refused_at_a_bound_from_files_and_pipes() {
+    let refusal = format!(" is longer than {BYTES_MAX} bytes, the most that a scenario may have\n");
+    check(&lamplight(["check", "/dev/zero"]).output().unwrap(), &format!("error: /dev/zero:{refusal}"));
+    let mut reader = lamplight(["run", "/dev/stdin"]);
+    reader.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut reader = reader.spawn().unwrap();
+    let mut pipe = reader.stdin.take().unwrap();
+    let nothing = vec![b'\n'; 1 << 16];
+    while pipe.write_all(&nothing).is_ok() {}
+    check(&reader.wait_with_output().unwrap(), &format!("error: /dev/stdin:{refusal}"));
 }
 
 #[test]

@@ -33,7 +33,7 @@ impl Schedule {
             window_s: cycle_s - channel.guard_s.map_or(0.0, |guard| guard.get()),
             slots: channel.slots.map_or(1, |slots| slots.get()),
             jitter_s: channel.jitter_s.map_or(0.0, |jitter| jitter.get()),
-            seed: scenario.seed,
+            seed: scenario.seed.get(),
         }
     }
 

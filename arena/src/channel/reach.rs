@@ -76,7 +76,7 @@ impl Rules {
             soft_edge_m: channel.soft_edge_m.map_or(0.0, |edge| edge.get()),
             blocking_radius_m: if occlusion { scenario.robots.radius_m.get() } else { 0.0 },
             size_m: scenario.arena.size_m.get(),
-            seed: scenario.seed,
+            seed: scenario.seed.get(),
         }
     }
 

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::{NonNegative, Positive, Probability};
+use super::steps::whole_part;
 
 /// Who hears whom, and how well.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -193,8 +194,8 @@ impl ChannelSpec {
                     self.guard_s.get_or_insert(guard_s);
                 }
                 Access::Slotted => {
-                    let fit = (cycle_s.get() / airtime_s.get() + ROUNDING).floor();
-                    self.slots.get_or_insert(NonZeroU32::new(fit as u32).unwrap_or(NonZeroU32::MIN));
+                    let fit = u32::try_from(whole_part(cycle_s.get() / airtime_s.get())).unwrap_or(u32::MAX);
+                    self.slots.get_or_insert(NonZeroU32::new(fit).unwrap_or(NonZeroU32::MIN));
                 }
                 Access::FixedPhase => {
                     self.jitter_s.get_or_insert(NONE);
@@ -229,6 +230,3 @@ impl ChannelSpec {
         .filter_map(|(key, meaningless)| meaningless.then_some(key))
     }
 }
-
-/// What the quotient of two decimal numbers may lack to the whole number that was meant.
-pub(super) const ROUNDING: f64 = 1e-9;

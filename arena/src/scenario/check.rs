@@ -9,11 +9,12 @@ use protocol::percept::COMPONENTS_MAX;
 use protocol::setup::Law;
 
 use super::Scenario;
-use super::channel::{Access, ChannelModel, ChannelSpec, ROUNDING};
+use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::fault_check;
 use super::light::LightSensor;
 use super::number::RobotCount;
 use super::problem::{Problem, ensure, problem};
+use super::steps::ROUNDING;
 use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
@@ -43,7 +44,7 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
     let positions = robots.positions_m.as_ref().map(Vec::len);
     match (robots.count, positions) {
         (None, None) => Err(problem(&["robots"], "`count` is missing in [robots]")),
-        (None, Some(positions)) => RobotCount::try_from(positions as i64)
+        (None, Some(positions)) => RobotCount::try_from(positions as i128)
             .map_err(|refused| problem(&["robots.positions_m"], format!("robots.positions_m: {refused}"))),
         (Some(count), Some(positions)) if count.get() as usize != positions => Err(problem(
             &["robots.count", "robots.positions_m"],
@@ -306,8 +307,8 @@ fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
 }
 
 fn cycle(scenario: &Scenario) -> Result<(), Problem> {
-    let (cycle_s, step_s, duration_s) =
-        (scenario.cycle_s(), scenario.step_s.get(), scenario.duration_s.get());
+    let (cycle_s, step_s) = (scenario.cycle_s(), scenario.step_s.get());
+    let duration_s = scenario.time_of(scenario.ticks()).min(scenario.duration_s.get());
     ensure(cycle_s >= step_s * (1.0 - ROUNDING), || {
         let message =
             format!("channel.cycle_s = {cycle_s} is shorter than a tick, step_s = {step_s}; lower step_s");

@@ -14,7 +14,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::error::{Place, ScenarioError};
 use super::explain;
 use super::overrides::Override;
-use super::problem::Problem;
+use super::problem::{Problem, problem};
 use super::tables::TABLES;
 
 /// In the path of an override: every entry of an array.
@@ -40,10 +40,10 @@ impl<'a> Document<'a> {
         let table = DeTable::parse(text).map_err(|error| explain::syntax(&error, &source))?;
         let mut root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         for (start, entry) in source.override_starts() {
-            apply(&mut root, entry, start).map_err(|message| ScenarioError {
+            apply(&mut root, entry, start).map_err(|Problem { message, hint, .. }| ScenarioError {
                 place: Place::Override(entry.spelling().into()),
                 message,
-                hint: None,
+                hint,
             })?;
         }
         Ok(Self { source, root })
@@ -92,6 +92,28 @@ impl<'a> Document<'a> {
         self.source.place(&self.nearest(path))
     }
 
+    /// Where the value at a path was written, if it was.
+    pub(super) fn place_of_given(&self, path: &str) -> Option<Place> {
+        let node = path.split('.').try_fold(&self.root, child)?;
+        Some(self.source.place(&node.span()))
+    }
+
+    /// The override that a span was written in, if it was in one.
+    pub(super) fn override_at(&self, span: &Span) -> Option<&'a Override> {
+        self.source.override_at(span)
+    }
+
+    /// The date or time with this span, if one is there: to serde it is a table.
+    pub(super) fn date_at(&self, span: &Span) -> Option<String> {
+        let path = path_of(&self.root, span)?;
+        let node = path.iter().try_fold(&self.root, |node, key| child(node, key))?;
+        match node.get_ref() {
+            // The span may be that of its key.
+            DeValue::Datetime(date) if node.span() == *span => Some(date.to_string()),
+            _ => None,
+        }
+    }
+
     /// The path, joined by dots, of the key or value with this span; empty for the whole document.
     pub(super) fn path_of(&self, span: &Span) -> String {
         path_of(&self.root, span).unwrap_or_default().join(".")
@@ -122,11 +144,17 @@ impl<'a> Source<'a> {
 
     /// Where a span was written.
     pub(super) fn place(&self, span: &Span) -> Place {
-        match self.override_starts().take_while(|(start, _)| *start <= span.start).last() {
-            Some((_, entry)) => Place::Override(entry.spelling().into()),
+        match self.override_at(span) {
+            Some(entry) => Place::Override(entry.spelling().into()),
             None if span.is_empty() && span.start == 0 => Place::File(self.name.into()),
             None => Place::Line(self.name.into(), self.line(span.start)),
         }
+    }
+
+    /// The override that a span was written in, if it was in one.
+    fn override_at(&self, span: &Span) -> Option<&'a Override> {
+        let before = self.override_starts().take_while(|(start, _)| *start <= span.start);
+        before.last().map(|(_, entry)| entry)
     }
 
     /// Each override with the offset of its first byte behind the file.
@@ -147,23 +175,29 @@ impl<'a> Source<'a> {
 }
 
 /// Changes the tree as an override says, whose first byte counts as byte `start`.
-fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(), String> {
+fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(), Problem> {
     let value = match entry.value() {
         "" => None,
         text => Some(value_node(text, start + entry.path().len() + "=".len())),
     };
-    set(root, entry.path(), start, value.as_ref())
+    set(root, entry.path(), 0, start, value.as_ref())
 }
 
-/// Sets what is at a path below `node`, or removes it. The path was written at byte `start`.
-fn set<'a>(node: &mut Node<'a>, path: &'a str, start: usize, value: Option<&Node<'a>>) -> Result<(), String> {
-    let (key, below) = match path.split_once('.') {
-        Some((key, below)) => (key, Some(below)),
-        None => (path, None),
+/// Sets what is below `node` at the rest of a path from `at` on, or removes it. The path was written at byte `start`.
+fn set<'a>(
+    node: &mut Node<'a>,
+    path: &'a str,
+    at: usize,
+    start: usize,
+    value: Option<&Node<'a>>,
+) -> Result<(), Problem> {
+    let rest = &path[at..];
+    let (key, below) = match rest.split_once('.') {
+        Some((key, _)) => (key, Some(at + key.len() + ".".len())),
+        None => (rest, None),
     };
-    let span = start..start + key.len();
     let change = |node: &mut Node<'a>| match (below, value) {
-        (Some(below), _) => set(node, below, span.end + ".".len(), value),
+        (Some(below), _) => set(node, path, below, start, value),
         (None, Some(value)) => {
             *node = value.clone();
             Ok(())
@@ -172,10 +206,11 @@ fn set<'a>(node: &mut Node<'a>, path: &'a str, start: usize, value: Option<&Node
     };
     match node.get_mut() {
         _ if below.is_none() && value.is_none() => remove(node, key),
-        DeValue::Array(entries) if key == EVERY && !entries.is_empty() => {
-            entries.iter_mut().try_for_each(change)
+        DeValue::Array(entries) if entries.is_empty() => {
+            Err(explain::no_entry(path[..at].trim_end_matches('.'), rest))
         }
-        _ => change(child_or_table(node, key, span.clone())?),
+        DeValue::Array(entries) if key == EVERY => entries.iter_mut().try_for_each(change),
+        _ => change(child_or_table(node, key, start + at..start + at + key.len())?),
     }
 }
 
@@ -220,7 +255,7 @@ fn child_or_table<'n, 'a>(
     node: &'n mut Node<'a>,
     key: &'a str,
     span: Span,
-) -> Result<&'n mut Node<'a>, String> {
+) -> Result<&'n mut Node<'a>, Problem> {
     match node.get_mut() {
         DeValue::Table(table) => Ok(table
             .entry(Spanned::new(span.clone(), Cow::Borrowed(key)))
@@ -228,18 +263,18 @@ fn child_or_table<'n, 'a>(
         DeValue::Array(entries) => {
             let length = entries.len();
             let entry = key.parse::<usize>().ok().and_then(|index| entries.get_mut(index));
-            entry.ok_or_else(|| format!("there is no entry `{key}` in an array of {length}"))
+            entry.ok_or_else(|| problem(&[], format!("there is no entry `{key}` in an array of {length}")))
         }
-        scalar => Err(format!("there is no `{key}` in a value of type {}", scalar.type_str())),
+        scalar => Err(problem(&[], format!("there is no `{key}` in a value of type {}", scalar.type_str()))),
     }
 }
 
-fn remove(node: &mut Node<'_>, key: &str) -> Result<(), String> {
+fn remove(node: &mut Node<'_>, key: &str) -> Result<(), Problem> {
     let removed = match node.get_mut() {
         DeValue::Table(table) => table.remove(key),
         _ => None,
     };
-    removed.map(drop).ok_or_else(|| format!("there is no key `{key}` to remove"))
+    removed.map(drop).ok_or_else(|| problem(&[], format!("there is no key `{key}` to remove")))
 }
 
 /// Children come before their parent: an array of tables shares its span with its first table.

@@ -2,16 +2,25 @@
 //!
 //! Serde names keys and types only in its message text, so this file reads that text; a test pins each form.
 
+use std::ops::Range;
+
 use toml::de::Error;
 
 use super::document::{Document, Source};
 use super::error::{Place, ScenarioError};
+use super::overrides::Override;
+use super::problem::{Problem, problem};
 use super::tables::TABLES;
 
 /// Below this similarity (Jaro-Winkler, 0 to 1) a valid word is not what the user meant.
 const SIMILAR: f64 = 0.8;
 /// By how much the best word must beat the next to be suggested alone.
 const CLEARLY: f64 = 0.03;
+
+/// Serde's message about a table where an array is to be.
+const NO_ARRAY: &str = "invalid type: map, expected a sequence";
+/// Serde's message about a choice that is neither.
+const NEITHER: &str = "wanted string or table";
 
 /// Why a text is not TOML.
 pub(super) fn syntax(error: &Error, source: &Source<'_>) -> ScenarioError {
@@ -33,7 +42,10 @@ pub(super) fn refusal(error: &Error, document: &Document<'_>) -> ScenarioError {
     let place = document.place(&span);
     let path = document.path_of(&span);
     let text = error.message();
-    let (message, hint) = if let Some(key) = between(text, "missing field `", "`") {
+    let (message, hint) = if let Some(date) = document.date_at(&span) {
+        let message = format!("expected {}, found {date}, a date or a time to TOML", in_place_of_table(text));
+        (prefixed(&place, &path, message), None)
+    } else if let Some(key) = between(text, "missing field `", "`") {
         (missing(key, &path), None)
     } else if let Some((key, valid)) = unknown(text, "unknown field `") {
         let table = path.rsplit_once('.').map_or("", |(table, _)| table);
@@ -42,10 +54,36 @@ pub(super) fn refusal(error: &Error, document: &Document<'_>) -> ScenarioError {
     } else if let Some((value, valid)) = unknown(text, "unknown variant `") {
         let (guess, hint) = suggestion(value, &valid);
         (prefixed(&place, &path, format!("unknown value `{}`{guess}", value.escape_debug())), hint)
+    } else if let (NO_ARRAY, Some(rest)) = (text, rest_of_override(document, &span, &path)) {
+        let Problem { message, hint, .. } = no_entry(&path, rest);
+        (message, hint)
     } else {
         (prefixed(&place, &path, plain(text)), None)
     };
-    ScenarioError { place, message, hint }
+    let text_wanted = text.ends_with(", expected a string");
+    let quoted =
+        document.override_at(&span).filter(|entry| text_wanted && entry.path() == path).map(in_quotes);
+    ScenarioError { place, message, hint: hint.or(quoted) }
+}
+
+/// Why an override cannot step into the array at a path by `rest`, an index and what is below.
+pub(super) fn no_entry(array: &str, rest: &str) -> Problem {
+    let (index, entry) = match rest.split_once('.') {
+        Some((index, below)) => (index, format!("{{ {below} = ... }}")),
+        None => (rest, "...".into()),
+    };
+    problem(&[], format!("there is no entry `{index}`: `{array}` is empty or not given"))
+        .hint(format!("give the array whole: --set '{array}=[{entry}]'"))
+}
+
+/// Where an override goes on below a path.
+fn rest_of_override<'a>(document: &Document<'a>, span: &Range<usize>, path: &str) -> Option<&'a str> {
+    document.override_at(span)?.path().strip_prefix(path)?.strip_prefix('.')
+}
+
+/// How an override gives its value as text.
+fn in_quotes(entry: &Override) -> String {
+    format!("in quotes it is text: --set '{}=\"{}\"'", entry.path(), entry.value())
 }
 
 fn missing(key: &str, table: &str) -> String {
@@ -99,17 +137,26 @@ fn plain(message: &str) -> String {
     let found = ["invalid type: ", "invalid value: "].iter().find_map(|start| message.strip_prefix(start));
     match found.and_then(|rest| rest.rsplit_once(", expected ")) {
         Some((found, expected)) => format!("expected {}, found {}", expectation(expected), finding(found)),
-        None if message == "wanted string or table" => "expected a string".into(),
+        None if message == NEITHER => "expected a string".into(),
         None => message.into(),
+    }
+}
+
+/// What serde expected where it found a table.
+fn in_place_of_table(message: &str) -> &str {
+    match message.strip_prefix("invalid type: map, expected ") {
+        Some(expected) => expectation(expected),
+        None if message == NEITHER => "a string",
+        // It looked into it.
+        None => "a table",
     }
 }
 
 fn expectation(expected: &str) -> &str {
     match expected {
         "f64" => "a number",
-        "i64" => "a whole number",
+        "i128" => "a whole number",
         "u32" => "a whole number from 0 to 4294967295",
-        "u64" => "a whole number from 0 to 18446744073709551615",
         "a nonzero u32" => "a whole number from 1 to 4294967295",
         "a boolean" => "true or false",
         "a sequence" => "an array",

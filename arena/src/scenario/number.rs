@@ -3,12 +3,18 @@
 //! TOML allows `nan` and `inf`; none of these types does. Integers are accepted where a number is asked.
 
 use std::borrow::Cow;
+use std::fmt;
+use std::str::FromStr;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Most robots a scenario may ask for: keeps a typing slip from asking for the whole machine.
 pub const MAX_ROBOTS: u32 = 1_000_000;
+
+/// Highest seed, 2^53 − 1. Up to it whole numbers survive every reader of our files: JavaScript and jq take the numbers
+/// of JSON for 64-bit floating point, and TOML's whole numbers end at 2^63 − 1.
+pub const SEED_MAX: u64 = (1 << 53) - 1;
 
 /// Why a number was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -112,37 +118,48 @@ number!(
 );
 
 macro_rules! count {
-    ($(#[$doc:meta])* $name:ident, $things:literal, $least:expr, $most:expr) => {
+    ($(#[$doc:meta])* $name:ident: $int:ty, $least:expr, $most:expr, $things:literal) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-        #[serde(try_from = "i64", into = "u32")]
-        pub struct $name(u32);
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+        #[serde(try_from = "i128")]
+        pub struct $name($int);
 
         impl $name {
             /// `None` for fewer or more than that.
-            pub const fn new(count: u32) -> Option<Self> {
-                if $least <= count && count <= $most { Some(Self(count)) } else { None }
+            pub const fn new(count: $int) -> Option<Self> {
+                if $least as i128 <= count as i128 && count <= $most { Some(Self(count)) } else { None }
             }
 
-            /// The plain count.
-            pub const fn get(self) -> u32 {
+            /// The plain number.
+            pub const fn get(self) -> $int {
                 self.0
             }
-        }
 
-        impl TryFrom<i64> for $name {
-            type Error = Refused;
-
-            fn try_from(count: i64) -> Result<Self, Refused> {
-                u32::try_from(count).ok().and_then(Self::new).ok_or_else(|| Refused {
-                    wanted: format!("from {} to {} {}", $least, $most, $things).into(),
-                    got: count.to_string(),
-                })
+            fn wanted() -> Cow<'static, str> {
+                format!(concat!("from {} to {}", $things), $least, $most).into()
             }
         }
 
-        impl From<$name> for u32 {
-            fn from(count: $name) -> u32 {
+        // Wider than any of them, so that a number out of bounds is refused with the bounds.
+        impl TryFrom<i128> for $name {
+            type Error = Refused;
+
+            fn try_from(count: i128) -> Result<Self, Refused> {
+                <$int>::try_from(count)
+                    .ok()
+                    .and_then(Self::new)
+                    .ok_or_else(|| Refused { wanted: Self::wanted(), got: count.to_string() })
+            }
+        }
+
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                self.0.serialize(serializer)
+            }
+        }
+
+        impl From<$name> for $int {
+            fn from(count: $name) -> $int {
                 count.0
             }
         }
@@ -165,32 +182,61 @@ macro_rules! count {
 
 count!(
     /// How many robots: from 1 to [`MAX_ROBOTS`].
-    RobotCount,
-    "robots",
+    RobotCount: u32,
     1,
-    MAX_ROBOTS
+    MAX_ROBOTS,
+    " robots"
 );
 count!(
     /// How many photodiodes: two tell no direction, 64 are more than any robot has.
-    DiodeCount,
-    "diodes",
+    DiodeCount: u32,
     3,
-    64
+    64,
+    " diodes"
 );
 count!(
     /// How many bits of a packet are flipped: at most all of them.
-    FlipCount,
-    "bits",
+    FlipCount: u32,
     1,
-    8 * protocol::packet::LOCALIZATION_BYTES as u32
+    8 * protocol::packet::LOCALIZATION_BYTES as u32,
+    " bits"
 );
 count!(
     /// How many faults a random plan may have.
-    FaultCount,
-    "faults",
+    FaultCount: u32,
     1,
-    64
+    64,
+    " faults"
 );
+count!(
+    /// A seed of random draws: from 0 to [`SEED_MAX`].
+    Seed: u64,
+    0,
+    SEED_MAX,
+    ""
+);
+
+impl Seed {
+    /// The seed so many after this one; `None` beyond [`SEED_MAX`].
+    pub fn after(self, count: u64) -> Option<Self> {
+        self.0.checked_add(count).and_then(Self::new)
+    }
+}
+
+impl fmt::Display for Seed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for Seed {
+    type Err = Refused;
+
+    fn from_str(text: &str) -> Result<Self, Refused> {
+        let seed = text.parse().ok().and_then(Self::new);
+        seed.ok_or_else(|| Refused { wanted: Self::wanted(), got: text.into() })
+    }
+}
 
 /// Two numbers along the arena's axes, written `[x, y]`.
 ///
@@ -267,5 +313,15 @@ mod tests {
         assert_eq!(RobotCount::new(0), None);
         assert_eq!(RobotCount::new(MAX_ROBOTS).map(RobotCount::get), Some(MAX_ROBOTS));
         assert_eq!(RobotCount::new(MAX_ROBOTS + 1), None);
+    }
+
+    #[test]
+    fn seeds_end_where_floating_point_ceases_to_count() {
+        assert_ne!(SEED_MAX as f64, (SEED_MAX + 1) as f64);
+        assert_eq!((SEED_MAX + 1) as f64, (SEED_MAX + 2) as f64);
+        let highest = Seed::new(SEED_MAX);
+        assert_eq!(highest.and_then(|seed| seed.after(0)), highest);
+        assert_eq!(highest.and_then(|seed| seed.after(1)), None);
+        assert_eq!(Seed::new(1).and_then(|seed| seed.after(u64::MAX)), None);
     }
 }

@@ -121,8 +121,9 @@ pub struct ControllerSpec {
     pub gradient: GradientSource,
     /// Magnitude of the gradient, sensor counts per meter; with `gradient = "fixed"` and only there.
     pub gradient_magnitude_per_m: Option<Positive>,
-    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4, or 1 on a channel with
-    /// `access = "instant"`, which loses nothing by itself, so that silence means gone.
+    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4 wherever packets can be lost or late:
+    /// with `channel.loss`, `channel.soft_edge_m`, `channel.occlusion`, any `channel.access` but `"instant"`, or a fault
+    /// of kind `loss`, `burst`, `delay`, `corrupt`, `partition` or `jam`. Elsewhere 1, as silence means gone.
     pub neighbor_timeout_cycles: Option<NonZeroU32>,
     /// Base in meters of the triangle that closes the cell of a robot with all neighbors on one bearing.
     #[serde(default = "triangle_side")]
@@ -196,10 +197,10 @@ pub enum OnHang {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
-    /// Seconds of virtual time between two rows of `metrics.csv`.
+    /// Seconds of virtual time between two rows of `metrics.csv`: a whole number of steps, or rounded to one.
     pub metrics_every_s: Positive,
-    /// Seconds of virtual time between two times at which `poses.csv` holds every robot's pose; without it
-    /// there is no `poses.csv`.
+    /// Seconds of virtual time between two times at which `poses.csv` holds every robot's pose: a whole number of
+    /// steps, or rounded to one; without it there is no `poses.csv`.
     pub poses_every_s: Option<Positive>,
     /// Whether the run shows how packets fared by the number of robots that could disturb them, beside the
     /// closed form where one is known.

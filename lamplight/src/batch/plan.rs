@@ -6,14 +6,15 @@ use std::{collections::BTreeMap, path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{
+    caution::cautions,
     placement,
-    scenario::{Override, Scenario},
+    scenario::{Override, SEED_MAX, Scenario},
 };
+use arena_daemon::options::toml_number;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
-use crate::fuzz::SEED_MAX;
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
@@ -21,6 +22,8 @@ const FORMAT: u32 = 1;
 const KEYS: [&str; 8] = ["format", "scenario", "engine", "seed", "robots", "sweeps", "exact", "keep"];
 /// Most combinations of robot counts and swept values.
 const SETTINGS_MAX: usize = 10_000;
+/// Most trials of all settings together: years of work.
+const TRIALS_MAX: u64 = 1_000_000_000;
 
 /// A batch, worked out.
 #[derive(Debug)]
@@ -62,6 +65,8 @@ pub(crate) struct Setting {
     pub(crate) values: Vec<String>,
     /// With the seed of the first trial.
     pub(crate) scenario: Scenario,
+    /// What may not mean in it what its author thinks.
+    cautions: Vec<String>,
 }
 
 /// One trial of a plan.
@@ -100,6 +105,11 @@ impl Plan {
             combinations <= SETTINGS_MAX,
             "{combinations} combinations of robots and sweeps are more than {SETTINGS_MAX}; sweep less at once"
         );
+        ensure!(
+            (combinations as u64).saturating_mul(args.trials) <= TRIALS_MAX,
+            "--trials {} in each setting, {combinations} in all, are more than {TRIALS_MAX} trials; use fewer",
+            args.trials
+        );
         let settings: Vec<Setting> = counts
             .iter()
             .flat_map(|&count| combinations_of(&sweeps).into_iter().map(move |values| (count, values)))
@@ -125,13 +135,35 @@ impl Plan {
             scenario: base.name.clone(),
             engine: args.engine.name().into(),
             trials: args.trials,
-            seed: base.seed,
+            seed: base.seed.get(),
             robots,
             sweeps,
             exact: args.exact,
             keep: args.kept()?,
         };
         Ok(Self { identity, base, settings })
+    }
+
+    /// What is worth a warning in any setting, each once, or in the settings beside each other.
+    pub(crate) fn cautions(&self) -> Vec<String> {
+        // Its default is another one as soon as a sweep makes packets get lost.
+        const TIMEOUT: &str = "controller.neighbor_timeout_cycles";
+        let mut cautions: Vec<String> = Vec::new();
+        for caution in self.settings.iter().flat_map(|setting| &setting.cautions) {
+            if !cautions.contains(caution) {
+                cautions.push(caution.clone());
+            }
+        }
+        let cycles = self.settings.iter().filter_map(|it| it.scenario.controller.neighbor_timeout_cycles);
+        let (least, most) = (cycles.clone().min(), cycles.max());
+        let is_swept = self.identity.sweeps.iter().any(|sweep| sweep.key == TIMEOUT);
+        if let (Some(least), Some(most), true, false) = (least, most, least != most, is_swept) {
+            cautions.push(format!(
+                "{TIMEOUT} is {least} in some settings and {most} in others, as only some can lose packets; \
+                 --set {TIMEOUT}={most} makes them alike"
+            ));
+        }
+        cautions
     }
 
     /// Number of trials in all.
@@ -145,7 +177,7 @@ impl Plan {
         let (setting, trial) = (index / trials, (index % trials) as u64);
         let of = &self.settings[setting];
         let mut scenario = of.scenario.clone();
-        scenario.seed += trial;
+        scenario.seed = of.scenario.seed.after(trial).expect("the plan has checked the last trial's seed");
         Trial { setting, trial, of, scenario }
     }
 
@@ -200,15 +232,15 @@ impl Sweep {
 
 impl Setting {
     fn new(scenario: Scenario, values: Vec<String>, trials: u64) -> anyhow::Result<Self> {
-        let last = scenario.seed.checked_add(trials - 1);
         ensure!(
-            last.is_some_and(|last| last <= SEED_MAX),
+            scenario.seed.after(trials - 1).is_some(),
             "--trials {trials} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer trials or a lower \
              --seed",
             scenario.seed
         );
-        placement::start(&scenario)?;
-        Ok(Self { values, scenario })
+        let poses = placement::start(&scenario)?;
+        let cautions = cautions(&scenario, &poses);
+        Ok(Self { values, scenario, cautions })
     }
 }
 
@@ -219,7 +251,7 @@ impl BatchArgs {
             self.sets.iter().map(|set| set.parse()).collect::<Result<_, _>>()?;
         for (option, key, value) in [
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
-            ("duration", "duration_s", self.duration.map(|duration| duration.to_string().to_lowercase())),
+            ("duration", "duration_s", self.duration.map(toml_number)),
         ] {
             if let Some(value) = value {
                 overrides.push(spelled(&format!("{key}={value}"), format!("--{option} {value}"))?);
@@ -247,7 +279,7 @@ fn given_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
 /// Refuses settings that come to the same scenario: one value spelled in two ways, as 1 and 1.0.
 fn refuse_equal(settings: &[Setting]) -> anyhow::Result<()> {
     let mut seen = BTreeMap::new();
-    for Setting { values, scenario } in settings {
+    for Setting { values, scenario, .. } in settings {
         if let Some(before) = seen.insert(scenario.to_toml(), values) {
             bail!(
                 "--sweep: the values {} and {} come to the same scenario, which is given twice; list each once",

@@ -15,7 +15,7 @@ use arena::{
     random::{Draws, Purpose},
     scenario::{
         Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
-        Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Share, Xy,
+        Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
     },
 };
 use protocol::packet::LOCALIZATION_BYTES;
@@ -26,9 +26,9 @@ const LISTED_MAX: u64 = 8;
 const GAIN_CYCLE_MAX: f64 = arena::scenario::MAX_GAIN_STEP;
 
 /// `base` with this seed and what is drawn from it.
-pub(crate) fn drawn(base: &Scenario, seed: u64) -> Scenario {
+pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     let mut scenario = Scenario { seed, fault: Vec::new(), ..base.clone() };
-    let mut draws = Draws::of(seed, Purpose::FuzzChannel, 0, 0, 0);
+    let mut draws = Draws::of(seed.get(), Purpose::FuzzChannel, 0, 0, 0);
     if base.channel.model == ChannelModel::Range && chance(&mut draws, 0.5) {
         scenario.channel = channel(base, &mut draws);
     }
@@ -37,7 +37,7 @@ pub(crate) fn drawn(base: &Scenario, seed: u64) -> Scenario {
 }
 
 fn faults(scenario: &Scenario) -> Vec<FaultSpec> {
-    let mut draws = Draws::of(scenario.seed, Purpose::FuzzPlan, 0, 0, 0);
+    let mut draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, 0, 0, 0);
     let robots = scenario.robot_count();
     let spared = below(&mut draws, robots.into()) as u32;
     // A robot alone cannot be killed: the run would have nobody left.
@@ -49,7 +49,7 @@ fn faults(scenario: &Scenario) -> Vec<FaultSpec> {
     let count = 1 + below(&mut draws, scenario.fuzz.faults_max.get().into());
     let mut faults: Vec<FaultSpec> = Vec::new();
     for place in 1..=count {
-        let draws = Draws::of(scenario.seed, Purpose::FuzzPlan, place, 0, 0);
+        let draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, place, 0, 0);
         let mut fault = Drawer { draws, scenario, spared }.fault(&kinds);
         // Who a share strikes is known only when it does, so shares may overlap.
         if faults.iter().any(|earlier| excludes(scenario, earlier, &fault)) {
@@ -325,12 +325,9 @@ impl Drawer<'_> {
         Finite::new(short(self.between(-1.0, 1.0) * most))
     }
 
-    /// When a tick is, in few digits.
+    /// When a tick is.
     fn time(&self, tick: u64) -> NonNegative {
-        let exact = tick as f64 * self.scenario.step_s.get();
-        let rounded = (exact * 1e9).round() / 1e9;
-        let time_s = if self.scenario.tick_at(rounded) == tick { rounded } else { exact };
-        nonnegative(time_s).expect("ticks are finite times")
+        nonnegative(self.scenario.time_of(tick)).expect("ticks are finite times")
     }
 
     fn chance(&mut self, probability: f64) -> bool {
@@ -442,6 +439,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    fn drawn(base: &Scenario, seed: u32) -> Scenario {
+        super::drawn(base, Seed::new(seed.into()).unwrap())
+    }
 
     fn parsed(text: &str) -> Scenario {
         Scenario::parse("fuzzed.toml", text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
@@ -569,7 +570,7 @@ mod tests {
         #[test]
         fn a_plan_is_always_accepted(seed in any::<u32>(), points_instead in any::<bool>()) {
             let base = if points_instead { points() } else { swarmbots() };
-            let scenario = drawn(&base, seed.into());
+            let scenario = drawn(&base, seed);
             prop_assert_eq!(&parsed(&scenario.to_toml()).fault, &scenario.fault);
         }
 
@@ -590,7 +591,7 @@ mod tests {
                 side * 1.5,
                 side / 3.0,
             ));
-            parsed(&drawn(&base, seed.into()).to_toml());
+            parsed(&drawn(&base, seed).to_toml());
         }
     }
 }

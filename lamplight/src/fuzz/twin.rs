@@ -12,6 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use arena::scenario::Seed;
 use arena_daemon::stop::StopFlag;
 use files::WriteError;
 use protocol::run_dir::{RunDir, RunName};
@@ -53,7 +54,7 @@ impl Workshop {
     pub(crate) fn run(
         &self,
         scenario: &str,
-        seed: u64,
+        seed: Seed,
         stop: &StopFlag,
     ) -> Result<Result<Value, String>, WriteError> {
         files::replace(&self.file("scenario.toml"), scenario)?;
@@ -64,7 +65,7 @@ impl Workshop {
         self.0.join(name)
     }
 
-    fn child(&self, seed: u64, stop: &StopFlag) -> anyhow::Result<Value> {
+    fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Value> {
         let name: RunName = format!("fuzz-{}-{seed}", process::id()).parse()?;
         let file = |name: &str| self.file(name);
         let child = Command::new(env::current_exe().context("cannot find our own program")?)

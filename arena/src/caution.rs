@@ -1,19 +1,27 @@
-//! Faults that may be planned in vain: known before the run, worth a warning, no reason to refuse.
+//! Parts of a scenario that may not mean what its author thinks: known before the run, worth a warning, no reason to
+//! refuse.
+
+use std::num::NonZeroU32;
 
 use protocol::setup::Law;
 
 use crate::{
     field::Field,
     frame::Pose,
-    scenario::{ChannelModel, FaultSpec, Scenario},
+    scenario::{ChannelModel, FaultKind, FaultSpec, Scenario},
 };
 
-/// One line for a field with nothing to cover, and for each fault of `scenario` that may never fire, robots starting at
-/// `poses`; with the place in the file where it was written, if it is known.
+/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each fault that may never
+/// fire, robots starting at `poses`, and for each that outlasts the memory of neighbors; with the place in the file where
+/// it was written, if it is known.
 pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
-    let mut cautions: Vec<String> = dark(scenario).into_iter().collect();
+    let rounded = scenario.roundings.0.iter().map(ToString::to_string);
+    let mut cautions: Vec<String> = rounded.chain(dark(scenario)).collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
-        let of_fault = late(fault, scenario).into_iter().chain(far_links(fault, scenario, poses));
+        let of_fault = late(fault, scenario)
+            .into_iter()
+            .chain(far_links(fault, scenario, poses))
+            .chain(overdue(fault, scenario));
         cautions.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
     }
     cautions
@@ -61,6 +69,26 @@ fn far_links<'a>(
             "link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}"
         ))
     })
+}
+
+/// Does it make packets or answers come after a neighbor is forgotten?
+fn overdue(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
+    let late_s = fault.delay_s?.get() + fault.jitter_s.map_or(0.0, |jitter| jitter.get());
+    let (late, timeout) = (scenario.tick_at(late_s), scenario.neighbor_timeout_ticks().into());
+    let what = match fault.kind {
+        _ if late < timeout => return None,
+        FaultKind::Delay => "packets come up to",
+        FaultKind::Slow => "answers come",
+        _ => return None,
+    };
+    Some(format!(
+        "{what} {} s late, and a neighbor is forgotten after {} s, controller.neighbor_timeout_cycles = {}; with {} it \
+         is remembered until then",
+        scenario.time_of(late),
+        scenario.time_of(timeout),
+        scenario.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get),
+        scenario.cycle_of(late) + 1
+    ))
 }
 
 #[cfg(test)]

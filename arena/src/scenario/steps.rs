@@ -1,0 +1,147 @@
+//! Times in whole steps: bounded, rounded, and what was rounded.
+//!
+//! In:  a scenario with its times as they were written.
+//! Out: the same with whole numbers of steps for all times that are counted in steps, and a [`Rounded`] for each that
+//!      was none; or the first time that is too long to be counted.
+
+use std::fmt;
+
+use super::Scenario;
+use super::error::Place;
+use super::problem::{Problem, ensure, problem};
+
+/// Most steps in any time of a scenario: three years at 10 Hz, eleven days at 1 kHz. Floating point tells that many
+/// apart with six digits to spare, so no step is lost to rounding.
+pub const STEPS_MAX: u64 = 1_000_000_000;
+
+/// What the quotient of two decimal numbers may lack to the whole number that was meant.
+pub(super) const ROUNDING: f64 = 1e-9;
+/// The same for large quotients, as a share: a few units in the last place.
+const ROUNDING_SHARE: f64 = 4.0 * f64::EPSILON;
+
+/// A time that is no whole number of steps, and the one that is run in its place.
+#[derive(Clone, Debug)]
+pub struct Rounded {
+    place: Place,
+    path: String,
+    written_s: f64,
+    step_s: f64,
+    steps: u64,
+}
+
+/// Every time of a scenario that was rounded: no part of what the scenario means, so all such lists are equal.
+#[derive(Clone, Debug, Default)]
+pub struct Roundings(pub Vec<Rounded>);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { place, path, written_s, step_s, steps } = self;
+        let plural = if *steps == 1 { "" } else { "s" };
+        write!(
+            f,
+            "{place}: {path} = {written_s} is not a whole number of steps of {step_s} s: {steps} step{plural}, {} s, \
+             will be run",
+            time_of(*steps, *step_s)
+        )
+    }
+}
+
+impl PartialEq for Roundings {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// The whole number in a quotient of two decimal numbers, rounded down.
+pub(super) fn whole_part(quotient: f64) -> u64 {
+    (quotient + slack(quotient)) as u64
+}
+
+/// When step `steps` is, seconds; in nine decimals if these say it.
+pub(super) fn time_of(steps: u64, step_s: f64) -> f64 {
+    let exact = steps as f64 * step_s;
+    let rounded = (exact * 1e9).round() / 1e9;
+    if is_near(rounded / step_s, steps) { rounded } else { exact }
+}
+
+/// Makes every time of `scenario` that is counted in steps a whole number of them, the nearest. `place_of` knows where
+/// a value was written, if it was.
+pub(super) fn settle(
+    scenario: &mut Scenario,
+    place_of: impl Fn(&str) -> Option<Place>,
+) -> Result<(), Problem> {
+    let mut settling = Settling { step_s: scenario.step_s.get(), place_of, rounded: Vec::new() };
+    settling.settle("duration_s", 1, Some(&mut scenario.duration_s))?;
+    settling.settle("output.metrics_every_s", 1, Some(&mut scenario.output.metrics_every_s))?;
+    settling.settle("output.poses_every_s", 1, scenario.output.poses_every_s.as_mut())?;
+    for (index, fault) in scenario.fault.iter_mut().enumerate() {
+        let path = |key: &str| format!("fault.{index}.{key}");
+        settling.settle(&path("from_s"), 0, fault.from_s.as_mut())?;
+        settling.settle(&path("until_s"), 0, fault.until_s.as_mut())?;
+        settling.settle(&path("at_s"), 0, fault.at_s.as_mut())?;
+        settling.settle(&path("restart_at_s"), 0, fault.restart_at_s.as_mut())?;
+        match fault.jitter_s.filter(|jitter| jitter.get() > 0.0) {
+            None => settling.settle(&path("delay_s"), 1, fault.delay_s.as_mut())?,
+            // Their sum is rounded, packet by packet.
+            Some(jitter) => {
+                settling.bound(&path("jitter_s"), jitter.get())?;
+                settling.bound(&path("delay_s"), fault.delay_s.map_or(0.0, |delay| delay.get()))?;
+            }
+        }
+    }
+    // These are the bounds of scenarios to come, which are settled in their turn.
+    let fuzz = &scenario.fuzz;
+    settling.bound("fuzz.duration_s", fuzz.duration_s.map_or(0.0, |duration| duration.get()))?;
+    settling.bound("fuzz.delay_max_s", fuzz.delay_max_s.get())?;
+    scenario.roundings = Roundings(settling.rounded);
+    Ok(())
+}
+
+struct Settling<F> {
+    step_s: f64,
+    place_of: F,
+    rounded: Vec<Rounded>,
+}
+
+impl<F: Fn(&str) -> Option<Place>> Settling<F> {
+    /// Makes a time a whole number of steps, at least `steps_min`.
+    fn settle<T>(&mut self, path: &str, steps_min: u64, time: Option<&mut T>) -> Result<(), Problem>
+    where
+        T: Copy + Into<f64> + TryFrom<f64, Error: fmt::Debug>,
+    {
+        let Some(time) = time else { return Ok(()) };
+        let (written_s, step_s): (f64, f64) = ((*time).into(), self.step_s);
+        self.bound(path, written_s)?;
+        let steps = ((written_s / step_s).round() as u64).max(steps_min);
+        if is_near(written_s / step_s, steps) {
+            return Ok(());
+        }
+        *time = time_of(steps, step_s).try_into().expect("a step is longer than nothing");
+        // Nobody wonders at a default.
+        if let Some(place) = (self.place_of)(path) {
+            self.rounded.push(Rounded { place, path: path.into(), written_s, step_s, steps });
+        }
+        Ok(())
+    }
+
+    /// A default is not refused: it is longer than any run.
+    fn bound(&self, path: &str, time_s: f64) -> Result<(), Problem> {
+        let step_s = self.step_s;
+        let longest_s = STEPS_MAX as f64 * step_s;
+        ensure(time_s <= longest_s || (self.place_of)(path).is_none(), || {
+            let message = format!(
+                "{path} = {time_s:?} is more than {STEPS_MAX} steps of {step_s:?} s, the most that are counted; \
+                 use {longest_s:?} or less, or a longer step_s"
+            );
+            problem(&[path, "step_s"], message)
+        })
+    }
+}
+
+fn is_near(quotient: f64, steps: u64) -> bool {
+    (quotient - steps as f64).abs() <= slack(quotient)
+}
+
+fn slack(quotient: f64) -> f64 {
+    ROUNDING.max(ROUNDING_SHARE * quotient)
+}
