@@ -14,7 +14,7 @@ pub(crate) enum Failure {
 }
 
 impl From<WriteError> for Failure {
-    /// The command was right: where it says to write could be opened.
+    /// Nothing is wrong with the command.
     fn from(error: WriteError) -> Self {
         Self::run(error)
     }

@@ -210,26 +210,29 @@ impl<'a> Course<'a> {
 
     /// Takes what the present trial came to. Returns whether the same swarm can go on.
     fn take(&mut self, record: Record, keep: &mut Keeper<'_>) -> anyhow::Result<bool> {
-        let Some((trial, &index)) = self.present().zip(self.missing.first()) else { return Ok(false) };
+        let Some(&index) = self.missing.first() else { return Ok(false) };
         if record.ended == Ending::Interrupted {
             return Ok(false);
         }
-        if let Some(what) = record.failure {
-            return self.once_more(anyhow!(what)).map(|()| false);
-        }
-        let done = match &record.incidents[..] {
-            [] => {
+        let trial = self.plan.trial(index);
+        let lost = record.incidents.first().map(|incident| incident.what.clone());
+        match (record.failure.clone(), lost) {
+            (None, None) => {
                 let goes_on = record.squad_is_whole;
                 let done = done(self.plan, &trial, whole(record)?, &StopFlag::default())?;
                 self.keep_as(index, done, keep)?;
-                return Ok(goes_on);
+                Ok(goes_on)
             }
-            _ if self.is_second_time => Done::LostAgents,
-            [first, ..] => return self.once_more(anyhow!("{}", first.what)).map(|()| false),
-        };
-        tracing::warn!("{} lost agents again; it is left out of the statistics", named(&trial));
-        self.keep_as(index, done, keep)?;
-        Ok(false)
+            (None, Some(_)) if self.is_second_time => {
+                tracing::warn!("{} lost agents again; it is left out of the statistics", named(&trial));
+                self.keep_as(index, Done::LostAgents, keep)?;
+                Ok(false)
+            }
+            (Some(what), _) | (None, Some(what)) => {
+                self.once_more(anyhow!(what))?;
+                Ok(false)
+            }
+        }
     }
 
     fn keep_as(&mut self, index: usize, done: Done, keep: &mut Keeper<'_>) -> anyhow::Result<()> {
