@@ -188,7 +188,7 @@ fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> Result<String, Fa
 /// The one command that repeats the run of this seed.
 fn replay(args: &FuzzArgs, seed: u64) -> String {
     let options = &args.options;
-    let mut words = vec!["lamplight".into(), "fuzz".into(), options.file.display().to_string()];
+    let mut words = vec!["lamplight".into(), "fuzz".into(), path_argument(&options.file)];
     let mut add = |option: &str, value: String| words.extend([option.into(), value]);
     add("--runs", "1".into());
     add("--seed", seed.to_string());
@@ -198,6 +198,12 @@ fn replay(args: &FuzzArgs, seed: u64) -> String {
     options.robots.iter().for_each(|robots| add("--robots", robots.to_string()));
     options.duration.iter().for_each(|duration| add("--duration", duration.to_string()));
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// A file, as a command line names it even if its name begins with a dash.
+fn path_argument(file: &Path) -> String {
+    let name = file.display().to_string();
+    if name.starts_with('-') { format!("./{name}") } else { name }
 }
 
 /// As a shell reads it.
@@ -235,5 +241,11 @@ mod tests {
         assert_eq!(quoted("it's"), r"'it'\''s'");
         assert_eq!(quoted("fuzz.kinds=[\"kill\"]"), "'fuzz.kinds=[\"kill\"]'");
         assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn a_file_is_no_option_whatever_its_name() {
+        assert_eq!(path_argument(Path::new("-draft.toml")), "./-draft.toml");
+        assert_eq!(path_argument(Path::new("a/-b")), "a/-b");
     }
 }

@@ -72,7 +72,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     strict_faults: bool,
 
-    /// Name of the run, for agents that join by hand [default: SCENARIO-PID]
+    /// Name of the run, for those who watch it or join by hand [default: SCENARIO-RANDOM, such as swarmbots-k3x8mq2f]
     #[arg(long)]
     name: Option<RunName>,
 
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
-    let name = args.name.clone().unwrap_or_else(|| default_name(&scenario));
+    let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
     logbook::in_run(&name);
     cautions(&scenario, &poses).iter().for_each(|caution| tracing::warn!("{caution}"));
     let outcome = match args.engine {
@@ -222,11 +222,4 @@ fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
         log::keep_in(folder);
     }
     Ok(())
-}
-
-/// The scenario's name, as far as a run's name can hold it, and our process number.
-pub(crate) fn default_name(scenario: &Scenario) -> RunName {
-    format!("{}-{}", name::plain(&scenario.name), process::id())
-        .parse()
-        .expect("40 clean characters and a number make a name")
 }

@@ -58,7 +58,10 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
     logbook::begin(Settings {
         format: logbook::Format::from_env(),
         level: LevelFilter::WARN,
@@ -85,6 +88,19 @@ fn main() -> ExitCode {
         logbook::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
+}
+
+/// Says why the command line is refused, or what was asked for. In one write: a swarm's agents share one pipe, and
+/// lines that come in pieces would mix.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render();
+    let text = if io::stderr().is_terminal() { text.ansi().to_string() } else { text.to_string() };
+    // If nobody takes it, there is nobody to tell.
+    let _ = match error.use_stderr() {
+        true => logbook::to_stderr(text.as_bytes()),
+        false => error.print(),
+    };
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Whether a run has ended, or is about to: then what failed is of no interest.

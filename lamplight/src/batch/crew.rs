@@ -34,8 +34,8 @@ use super::{
 };
 use crate::{
     failure::Failure,
-    in_process, limits,
-    run::{Engine, default_name},
+    in_process, limits, name,
+    run::Engine,
     supervisor::{self, Watch},
 };
 
@@ -195,7 +195,7 @@ fn one_swarm(
 ) -> anyhow::Result<Option<i32>> {
     let scenario = plan.trial(*next).scenario;
     let robots = scenario.robot_count();
-    let (run, owner) = RunDir::create(default_name(&scenario))?;
+    let (run, owner) = RunDir::create(name::unique(&name::plain(&scenario.name)))?;
     let outcome = (|| {
         fs::write(run.scenario_path(), scenario.to_toml())
             .with_context(|| format!("cannot write {}", run.scenario_path().display()))?;

@@ -13,9 +13,11 @@ use std::{
 
 use anyhow::{Context, anyhow, bail};
 use arena_daemon::stop::StopFlag;
-use protocol::run_dir::{RunDir, RunName};
+use protocol::run_dir::RunDir;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+
+use crate::name;
 
 /// How often a child is looked after.
 const POLL: Duration = Duration::from_millis(5);
@@ -44,16 +46,15 @@ impl Workshop {
         bail!("{} is full of folders named lamplight-fuzz-*; remove them", base.display())
     }
 
-    /// Runs `scenario` to its end as processes under the name `fuzz-...-SEED` and returns its summary; the error
+    /// Runs `scenario` to its end as processes under the name `fuzz-SEED-...` and returns its summary; the error
     /// says what was wrong with it. Ended early by `stop`, it is an error as well.
     pub(crate) fn run(&self, scenario: &str, seed: u64, stop: &StopFlag) -> anyhow::Result<Value> {
-        let name: RunName = format!("fuzz-{}-{seed}", process::id()).parse()?;
+        let name = name::unique(&format!("fuzz-{seed}"));
         let file = |name: &str| self.0.join(name);
         fs::write(file("scenario.toml"), scenario)?;
         let child = Command::new(env::current_exe().context("cannot find our own program")?)
-            .arg("run")
+            .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string(), "--"])
             .arg(file("scenario.toml"))
-            .args(["--engine", "processes", "--json", "--quiet", "--name", &name.to_string()])
             .stdin(Stdio::null())
             .stdout(File::create(file("stdout"))?)
             .stderr(File::create(file("stderr"))?)
