@@ -14,6 +14,7 @@ use arena_daemon::{
     outputs::Outputs,
     progress::{self, Audience},
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
+    standstill,
     stop::StopFlag,
     summary::Summary,
     trace::{Traced, Tracer},
@@ -97,6 +98,7 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let endpoint = cli.run.metrics.map(Endpoint::bind).transpose()?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
+    standstill::on_signals(|stop_this_process| stop_this_process()).context("cannot listen for signals")?;
     let (link, trials) = match cli.supervised {
         true => {
             let (link, trials) = Link::to_supervisor(stop.clone());

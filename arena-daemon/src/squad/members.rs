@@ -35,6 +35,7 @@ use crate::{
     live::{Awaited, Live},
     process::{Process, State},
     profile::{Profile, Recorder},
+    standstill::Moment,
     stop::StopFlag,
     trace::Tracer,
 };
@@ -91,7 +92,7 @@ pub(super) struct Member {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Presence {
     /// Its services stand since then; nobody has come yet.
-    Expected { since: Instant },
+    Expected { since: Moment },
     /// It takes part.
     Present,
     /// The plan has stopped it; it may not have come before that.
@@ -107,7 +108,7 @@ pub(super) enum Presence {
 struct Remains {
     id: RobotId,
     process: Option<Process>,
-    since: Instant,
+    since: Moment,
     ports: ArenaPorts,
 }
 
@@ -212,7 +213,7 @@ impl Members {
         stop: &StopFlag,
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
-        let began = Instant::now();
+        let began = Moment::now();
         let mut noted = began;
         loop {
             self.welcome(tick, answers)?;
@@ -224,7 +225,7 @@ impl Members {
             }
             self.wait_for(Awaited::Join, &missing, tick, began);
             if noted.elapsed() >= NOTE_EVERY {
-                noted = Instant::now();
+                noted = Moment::now();
                 let (missing, all) = (missing.len(), indices.len());
                 tracing::info!("waiting for {missing} of {all} robots to join");
             }
@@ -498,7 +499,7 @@ impl Members {
                 }
                 bury(&self.hosting.run, vec![ports]);
             }
-            false => self.remains.push(Remains { id, process, since: Instant::now(), ports }),
+            false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
         }
     }
 
@@ -562,7 +563,7 @@ fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), Squad
 impl Presence {
     /// From now on.
     fn expected() -> Self {
-        Self::Expected { since: Instant::now() }
+        Self::Expected { since: Moment::now() }
     }
 }
 
