@@ -134,9 +134,10 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
         let longest = Positive::new(base.duration_s.get().min(DURATION_MAX_S));
         base.duration_s = base.fuzz.duration_s.or(longest).unwrap_or(base.duration_s);
     }
-    for timeout_s in [&mut base.processes.hang_timeout_s, &mut base.processes.join_timeout_s] {
-        *timeout_s = Positive::new(timeout_s.get().max(PATIENCE_S)).unwrap_or(*timeout_s);
-    }
+    let patient = |timeout_s: f64| Positive::new(timeout_s.max(PATIENCE_S));
+    let processes = &mut base.processes;
+    processes.hang_timeout_s = patient(processes.hang_timeout_s.get()).unwrap_or(processes.hang_timeout_s);
+    processes.join_timeout_s = patient(processes.join_timeout_s.map_or(PATIENCE_S, Positive::get));
     base.fault.clear();
     // A shorter run may be too short for the channel's cycle.
     Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]).map_err(|error| {

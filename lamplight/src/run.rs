@@ -7,7 +7,7 @@ use arena::{
     Arena,
     fault::caution::{cautions, named},
     placement,
-    scenario::Scenario,
+    scenario::{RobotSet, Scenario},
 };
 use arena_daemon::{
     engine,
@@ -76,9 +76,10 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     name: Option<RunName>,
 
-    /// Leave these robots to be started by hand (robot-agent --run NAME --robot N), such as 3,7
-    #[arg(long, value_name = "ROBOTS", value_delimiter = ',')]
-    by_hand: Vec<u32>,
+    /// Leave these robots to be started by hand (robot-agent --run NAME --robot N), such as 0-7,9; they are waited
+    /// for without limit, unless the scenario sets processes.join_timeout_s
+    #[arg(long, value_name = "ROBOTS")]
+    by_hand: Option<RobotSet>,
 }
 
 /// What a run came to.
@@ -147,7 +148,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
             "the in-process engine has virtual time only; use --engine processes for --mode realtime";
         return Err(Failure::Usage(anyhow!(message)));
     }
-    if args.name.is_some() || !args.by_hand.is_empty() {
+    if args.name.is_some() || args.by_hand.is_some() {
         let message = "--name and --by-hand are about processes; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
     }
@@ -186,8 +187,8 @@ fn watchable(options: &RunOptions, scenario: &Scenario) -> Result<Option<Arc<Liv
 
 fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outcome, Failure> {
     let robots = scenario.robot_count();
-    if let Some(robot) = args.by_hand.iter().find(|&&robot| robot >= robots) {
-        let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
+    if let Some(set) = args.by_hand.as_ref().filter(|set| set.highest() >= robots) {
+        let message = format!("--by-hand {set}: the scenario has robots 0 to {}", robots - 1);
         return Err(Failure::Usage(anyhow!(message)));
     }
     // The arena will take it; that it cannot is to be known before anything is started.
@@ -206,7 +207,7 @@ fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) 
     fs::write(run.scenario_path(), scenario.to_toml())
         .with_context(|| format!("cannot write {}", run.scenario_path().display()))
         .map_err(Failure::Run)?;
-    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch, None)
+    supervisor::run(&args.options, run, scenario.robot_count(), args.by_hand.as_ref(), watch, None)
         .map_err(Failure::Run)
 }
 

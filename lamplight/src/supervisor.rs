@@ -18,6 +18,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use arena::scenario::RobotSet;
 use arena_daemon::{
     options::RunOptions,
     process::{Process, State},
@@ -90,7 +91,7 @@ pub(crate) fn run(
     options: &RunOptions,
     run: &RunDir,
     robots: u32,
-    by_hand: &[u32],
+    by_hand: Option<&RobotSet>,
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
@@ -110,7 +111,7 @@ struct Start<'a> {
     options: &'a RunOptions,
     run: &'a RunDir,
     robots: u32,
-    by_hand: &'a [u32],
+    by_hand: Option<&'a RobotSet>,
     log: &'a Gatherer,
     children: &'a Children,
 }
@@ -153,9 +154,8 @@ impl<'a> Supervisor<'a> {
         let agent_program = preferred(beside_us("robot-agent")?);
         let mut command = Command::new(beside_us("arena-daemon")?);
         command.args(["--supervised".into(), format!("--name={}", run.name())]);
-        if !by_hand.is_empty() {
-            let list: Vec<String> = by_hand.iter().map(u32::to_string).collect();
-            command.arg(format!("--by-hand={}", list.join(",")));
+        if let Some(robots) = by_hand {
+            command.arg(format!("--by-hand={robots}"));
         }
         if next_trial.is_some() {
             command.arg("--trials");
@@ -183,7 +183,10 @@ impl<'a> Supervisor<'a> {
             next_trial,
             agent_program,
             to_start: VecDeque::new(),
-            robots: (0..robots).filter(|robot| !by_hand.contains(robot)).map(RobotId::first).collect(),
+            robots: (0..robots)
+                .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
+                .map(RobotId::first)
+                .collect(),
             arena: Pid::from_child(&arena),
             orders: writer_of_orders(arena.stdin.take().expect("standard input is piped")),
             arena_ended: None,

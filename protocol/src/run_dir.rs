@@ -7,7 +7,8 @@
 //! setup.bin   what every agent is told at its start (`codec`)
 //! doorbell    the page of `doorbell`
 //! live        a socket that tells how the run goes, for its owner alone
-//! over-ROBOT-LIFE   this life is over; for agents that were started by hand
+//! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
+//! over-ROBOT-LIFE   this life is over; for them
 //! iox2/       iceoryx2's service and node files
 //! ```
 //!
@@ -32,7 +33,9 @@ use std::{
     vec::Vec,
 };
 
-use crate::{owner::Owner, robot_id::RobotId};
+use serde::{Deserialize, Serialize};
+
+use crate::{codec, owner::Owner, robot_id::RobotId};
 
 /// POSIX shared memory lives here on Linux; a tmpfs.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -121,6 +124,15 @@ pub struct Cleared {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RunDir {
     name: RunName,
+}
+
+/// A robot that is driven by hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ByHand {
+    /// Its present life.
+    pub id: RobotId,
+    /// Whether that waits to be started.
+    pub is_awaited: bool,
 }
 
 /// Holds a lock of a run until it is dropped or its process ends.
@@ -310,6 +322,22 @@ impl RunDir {
     /// The socket of those who watch the run. Its path is no longer than a socket's can be (107 bytes).
     pub fn live_path(&self) -> PathBuf {
         self.path().join("live")
+    }
+
+    /// The arena says which robots are driven by hand.
+    pub fn tell_by_hand(&self, robots: &[ByHand]) -> io::Result<()> {
+        let draft = self.path().join("by-hand.new");
+        fs::write(&draft, codec::encode(&robots))?;
+        fs::rename(draft, self.by_hand_path())
+    }
+
+    /// An agent asks which robots are driven by hand.
+    pub fn by_hand(&self) -> io::Result<Vec<ByHand>> {
+        codec::decode(&fs::read(self.by_hand_path())?).map_err(io::Error::other)
+    }
+
+    fn by_hand_path(&self) -> PathBuf {
+        self.path().join("by-hand")
     }
 
     /// The arena says that a life is over that nobody ends: its agent may be asleep until the next

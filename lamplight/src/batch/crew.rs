@@ -215,7 +215,7 @@ fn one_swarm(
                 .filter(|scenario| scenario.robot_count() == robots)
                 .map(|scenario| scenario.to_toml()))
         });
-        supervisor::run(&options(&scenario), &run, robots, &[], watch, Some(next_trial))
+        supervisor::run(&options(&scenario), &run, robots, None, watch, Some(next_trial))
     })();
     run.remove_own(owner)?;
     outcome.map(|outcome| outcome.signal)
