@@ -19,6 +19,7 @@ use crate::{
     profile::Totals,
     progress::{Audience, Progress, Status},
     squad::{Answers, Squad, SquadError, Standing},
+    standstill::{Moment, Standstills},
     stop::StopFlag,
     summary::{Delivered, Ending, Fault, Summary, TickTimes},
 };
@@ -137,7 +138,8 @@ enum Interruption {
 impl Run<'_> {
     fn follow(&mut self, plan: Plan, observer: &mut Observer<'_>) -> Result<Ending, Interruption> {
         let factor = plan.speed.or((plan.mode == Mode::Realtime).then_some(1.0));
-        let mut pace = Pace::new(factor, plan.overload, Instant::now());
+        let mut pace = Pace::new(factor, plan.overload, Moment::now());
+        let mut stood = Standstills::begin();
         let mut told = None;
         let mut progress = Progress::begin(self.scenario.ticks(), plan.audience);
         while !self.stop.is_raised() {
@@ -151,7 +153,14 @@ impl Run<'_> {
             }
             progress.show(&status);
             self.teller.tell(&status, || self.arena.packets(), self.squad);
-            let Some(next) = pace.next(self.scenario.step_s.get(), Instant::now()) else { continue };
+            if let Some(time) = stood.news() {
+                pace.stood_still(time);
+                if plan.mode == Mode::Realtime {
+                    let seconds = time.as_secs_f64();
+                    tracing::warn!("the run stood still for {seconds:.1} s, which are lost");
+                }
+            }
+            let Some(next) = pace.next(self.scenario.step_s.get(), Moment::now()) else { continue };
             if let Some(late) = next.late.filter(|_| plan.mode == Mode::Realtime) {
                 self.say_late(&pace, late, &mut told)?;
             }
@@ -178,9 +187,13 @@ impl Run<'_> {
     }
 
     /// Waits until `due`, or for the wish to stop.
-    fn wait(&mut self, due: Instant) -> Result<(), SquadError> {
-        while !self.stop.is_raised() && Instant::now() < due {
-            self.squad.attend(due.min(Instant::now() + NAP))?;
+    fn wait(&mut self, due: Moment) -> Result<(), SquadError> {
+        while !self.stop.is_raised() {
+            let left = due.since(Moment::now());
+            if left.is_zero() {
+                break;
+            }
+            self.squad.attend(Instant::now() + left.min(NAP))?;
         }
         Ok(())
     }

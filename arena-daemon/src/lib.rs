@@ -17,6 +17,7 @@ pub mod process;
 pub mod profile;
 pub mod progress;
 pub mod squad;
+pub mod standstill;
 pub mod stop;
 pub mod summary;
 pub mod trace;

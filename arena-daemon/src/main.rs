@@ -2,10 +2,13 @@
 
 #![forbid(unsafe_code)]
 
-use std::{collections::BTreeSet, process, process::ExitCode, sync::Arc};
+use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
-use arena::{Arena, scenario::Scenario};
+use arena::{
+    Arena,
+    scenario::{RobotSet, Scenario},
+};
 use arena_daemon::{
     engine::{self, Plan},
     link::{self, Link, Trials},
@@ -14,6 +17,7 @@ use arena_daemon::{
     outputs::Outputs,
     progress::{self, Audience},
     squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
+    standstill,
     stop::StopFlag,
     summary::Summary,
     trace::{Traced, Tracer},
@@ -41,8 +45,8 @@ struct Cli {
     name: RunName,
 
     /// Robots that the supervisor leaves to be started by hand
-    #[arg(long, value_name = "ROBOTS", value_delimiter = ',')]
-    by_hand: Vec<u32>,
+    #[arg(long, value_name = "ROBOTS")]
+    by_hand: Option<RobotSet>,
 
     /// Take orders from standard input and report events on standard output
     #[arg(long, hide = true)]
@@ -98,6 +102,7 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let endpoint = cli.run.metrics.map(Endpoint::bind).transpose()?;
     let stop = StopFlag::default();
     stop.on_signals().context("cannot listen for signals")?;
+    standstill::on_signals(|stop_this_process| stop_this_process()).context("cannot listen for signals")?;
     let (link, trials) = match cli.supervised {
         true => {
             let (link, trials) = Link::to_supervisor(stop.clone());
@@ -111,7 +116,7 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
         false => RunDir::create(cli.name.clone()).map(|(run, owner)| (run, Some(owner)))?,
     };
     let alive = run.go_live()?;
-    let by_hand = cli.by_hand.iter().copied().collect::<BTreeSet<_>>();
+    let by_hand = cli.by_hand.clone();
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
     let mut hosting =

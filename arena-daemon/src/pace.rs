@@ -2,12 +2,14 @@
 //!
 //! Pure: whoever asks tells what time it is.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// A delay up to this is made up for; a longer one, as after the whole run was stopped, is not:
+use crate::standstill::Moment;
+
+/// A delay up to this is made up for; a longer one, as after the arena was stopped, is not:
 /// robots on their own timers could not follow a burst of ticks.
 pub const CATCH_UP_MAX: Duration = Duration::from_millis(500);
 
@@ -42,7 +44,7 @@ pub struct Lag {
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     /// When the next tick is due.
-    due: Instant,
+    due: Moment,
     /// Virtual seconds per real second; `None` for "as fast as it can".
     factor: Option<f64>,
     overload: Overload,
@@ -53,22 +55,22 @@ pub struct Pace {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Next {
     /// From then on; may have passed.
-    pub due: Instant,
+    pub due: Moment,
     /// How long ago it was due, if that is a whole step or more.
     pub late: Option<Duration>,
 }
 
 impl Pace {
     /// Begins `now`.
-    pub fn new(factor: Option<f64>, overload: Overload, now: Instant) -> Self {
+    pub fn new(factor: Option<f64>, overload: Overload, now: Moment) -> Self {
         Self { due: now, factor, overload, lag: Lag::default() }
     }
 
     /// It is `now`, and `step_s` of virtual time are to pass before the next tick. `None` if that may be at once.
-    pub fn next(&mut self, step_s: f64, now: Instant) -> Option<Next> {
+    pub fn next(&mut self, step_s: f64, now: Moment) -> Option<Next> {
         let period = Duration::try_from_secs_f64(step_s / self.factor?).unwrap_or(Duration::MAX);
         self.due = self.due.checked_add(period).unwrap_or(self.due);
-        let behind = now.saturating_duration_since(self.due);
+        let behind = now.since(self.due);
         let made_up = match self.overload {
             Overload::Fail | Overload::Report => CATCH_UP_MAX,
             Overload::SlowClock => Duration::ZERO,
@@ -81,6 +83,13 @@ impl Pace {
         self.lag.behind_max_s = self.lag.behind_max_s.max(behind.as_secs_f64());
         self.lag.lost_s += lost.as_secs_f64();
         Some(Next { due: self.due, late })
+    }
+
+    /// The whole run has stood still for so long by the wall clock: that is lost, and no tick hurries for it.
+    pub fn stood_still(&mut self, time: Duration) {
+        self.lag.late_ticks += 1;
+        self.lag.behind_max_s = self.lag.behind_max_s.max(time.as_secs_f64());
+        self.lag.lost_s += time.as_secs_f64();
     }
 
     /// What is done about delays.
@@ -102,18 +111,18 @@ mod tests {
 
     /// Ticks of 100 ms that are asked for at these times (ms); when each is due, and by how much it is late.
     fn course(overload: Overload, asked: &[u32]) -> (Vec<(u128, Option<u128>)>, Lag) {
-        let start = Instant::now();
+        let start = Moment::now();
         let mut pace = Pace::new(Some(2.0), overload, start);
         let next = |&ms: &u32| {
             let next = pace.next(0.2, start + ms * MS).unwrap();
-            ((next.due - start).as_millis(), next.late.map(|late| late.as_millis()))
+            (next.due.since(start).as_millis(), next.late.map(|late| late.as_millis()))
         };
         (asked.iter().map(next).collect(), pace.lag())
     }
 
     #[test]
     fn without_a_factor_nothing_is_held_back() {
-        assert_eq!(Pace::new(None, Overload::Report, Instant::now()).next(1.0, Instant::now()), None);
+        assert_eq!(Pace::new(None, Overload::Report, Moment::now()).next(1.0, Moment::now()), None);
     }
 
     #[test]
@@ -129,6 +138,15 @@ mod tests {
         assert_eq!(course, [(100, Some(250)), (200, Some(160)), (1500, Some(1700)), (1600, Some(410))]);
         assert_eq!((lag.late_ticks, lag.behind_max_s), (4, 1.7));
         assert!((lag.lost_s - 1.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_standstill_is_lost_and_no_overload() {
+        let mut pace = Pace::new(Some(1.0), Overload::Fail, Moment::now());
+        pace.stood_still(3 * Duration::from_secs(1));
+        let lag = pace.lag();
+        assert_eq!((lag.late_ticks, lag.behind_max_s, lag.lost_s), (1, 3.0, 3.0));
+        assert_eq!(pace.next(0.1, Moment::now()).unwrap().late, None);
     }
 
     #[test]

@@ -124,7 +124,6 @@ mod reading {
             [processes]
             hang_timeout_s = 2.0
             on_hang = "exclude"
-            join_timeout_s = 30.0
             clock_drift_ppm = 0.0
             timer_jitter_s = 0.0
 

@@ -175,6 +175,6 @@ fn an_idle_run_whose_bench_was_killed_is_dead_and_can_be_removed() {
     let bench = killed("idle");
     assert!(files(Path::new("/dev/shm")).iter().any(|name| bench.is_ours(name)), "that is what we look for");
     let run = RunDir::of(bench.name().parse().unwrap());
-    assert!(run.remove_if_dead().unwrap().is_some_and(|entries| entries > 0));
+    assert!(run.remove_if_dead().unwrap().is_some_and(|cleared| cleared.removed > 0));
     bench.ended();
 }

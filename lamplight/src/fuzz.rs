@@ -138,9 +138,10 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
         let longest = Positive::new(base.duration_s.get().min(DURATION_MAX_S));
         base.duration_s = base.fuzz.duration_s.or(longest).unwrap_or(base.duration_s);
     }
-    for timeout_s in [&mut base.processes.hang_timeout_s, &mut base.processes.join_timeout_s] {
-        *timeout_s = Positive::new(timeout_s.get().max(PATIENCE_S)).unwrap_or(*timeout_s);
-    }
+    let patient = |timeout_s: f64| Positive::new(timeout_s.max(PATIENCE_S));
+    let processes = &mut base.processes;
+    processes.hang_timeout_s = patient(processes.hang_timeout_s.get()).unwrap_or(processes.hang_timeout_s);
+    processes.join_timeout_s = patient(processes.join_timeout_s.map_or(PATIENCE_S, Positive::get));
     base.fault.clear();
     // A shorter run may be too short for the channel's cycle, or no whole number of steps.
     let settled = Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]);
@@ -233,7 +234,7 @@ fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
 /// The one command that repeats the run of this seed.
 fn replay(args: &FuzzArgs, seed: Seed) -> String {
     let options = &args.options;
-    let mut words = vec!["lamplight".into(), "fuzz".into(), options.file.display().to_string()];
+    let mut words = vec!["lamplight".into(), "fuzz".into(), path_argument(&options.file)];
     let mut add = |option: &str, value: String| words.extend([option.into(), value]);
     add("--runs", "1".into());
     add("--seed", seed.to_string());
@@ -243,6 +244,12 @@ fn replay(args: &FuzzArgs, seed: Seed) -> String {
     options.robots.iter().for_each(|robots| add("--robots", robots.to_string()));
     options.duration.iter().for_each(|duration| add("--duration", duration.to_string()));
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// A file, as a command line names it even if its name begins with a dash.
+fn path_argument(file: &Path) -> String {
+    let name = file.display().to_string();
+    if name.starts_with('-') { format!("./{name}") } else { name }
 }
 
 /// As a shell reads it.
@@ -280,5 +287,11 @@ mod tests {
         assert_eq!(quoted("it's"), r"'it'\''s'");
         assert_eq!(quoted("fuzz.kinds=[\"kill\"]"), "'fuzz.kinds=[\"kill\"]'");
         assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn a_file_is_no_option_whatever_its_name() {
+        assert_eq!(path_argument(Path::new("-draft.toml")), "./-draft.toml");
+        assert_eq!(path_argument(Path::new("a/-b")), "a/-b");
     }
 }

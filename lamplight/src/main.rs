@@ -4,6 +4,7 @@
 
 mod batch;
 mod check;
+mod children;
 mod clean;
 mod failure;
 mod fuzz;

@@ -7,7 +7,7 @@ use arena::{
     Arena,
     caution::{cautions, named},
     placement,
-    scenario::Scenario,
+    scenario::{RobotSet, Scenario},
 };
 use arena_daemon::{
     engine,
@@ -72,13 +72,14 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     strict_faults: bool,
 
-    /// Name of the run, for agents that join by hand [default: SCENARIO-PID]
+    /// Name of the run, for those who watch it or join by hand [default: SCENARIO-RANDOM, such as swarmbots-k3x8mq2f]
     #[arg(long)]
     name: Option<RunName>,
 
-    /// Leave these robots to be started by hand (robot-agent --run NAME --robot N), such as 3,7
-    #[arg(long, value_name = "ROBOTS", value_delimiter = ',')]
-    by_hand: Vec<u32>,
+    /// Leave these robots to be started by hand (robot-agent --run NAME --robot N), such as 0-7,9; they are waited
+    /// for without limit, unless the scenario sets processes.join_timeout_s
+    #[arg(long, value_name = "ROBOTS")]
+    by_hand: Option<RobotSet>,
 }
 
 /// What a run came to.
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let scenario = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
-    let name = args.name.clone().unwrap_or_else(|| default_name(&scenario));
+    let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
     logbook::in_run(&name);
     log::warn_of(&cautions(&scenario, &poses));
     let outcome = match args.engine {
@@ -157,7 +158,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
             "the in-process engine has virtual time only; use --engine processes for --mode realtime";
         return Err(Failure::Usage(anyhow!(message)));
     }
-    if args.name.is_some() || !args.by_hand.is_empty() {
+    if args.name.is_some() || args.by_hand.is_some() {
         let message = "--name and --by-hand are about processes; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
     }
@@ -195,8 +196,8 @@ fn watchable(options: &RunOptions, scenario: &Scenario) -> Result<Option<Arc<Liv
 
 fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outcome, Failure> {
     let robots = scenario.robot_count();
-    if let Some(robot) = args.by_hand.iter().find(|&&robot| robot >= robots) {
-        let message = format!("--by-hand {robot}: the scenario has robots 0 to {}", robots - 1);
+    if let Some(set) = args.by_hand.as_ref().filter(|set| set.highest() >= robots) {
+        let message = format!("--by-hand {set}: the scenario has robots 0 to {}", robots - 1);
         return Err(Failure::Usage(anyhow!(message)));
     }
     // The arena will take it; that it cannot is to be known before anything is started.
@@ -213,7 +214,7 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
 fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
     prepare_out(&args.options)?;
     files::replace(&run.scenario_path(), scenario.to_toml())?;
-    supervisor::run(&args.options, run, scenario.robot_count(), &args.by_hand, watch, None)
+    supervisor::run(&args.options, run, scenario.robot_count(), args.by_hand.as_ref(), watch, None)
         .map_err(Failure::Run)
 }
 
@@ -229,11 +230,4 @@ fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
         log::keep_in(folder);
     }
     Ok(())
-}
-
-/// The scenario's name, as far as a run's name can hold it, and our process number.
-pub(crate) fn default_name(scenario: &Scenario) -> RunName {
-    format!("{}-{}", name::plain(&scenario.name), process::id())
-        .parse()
-        .expect("40 clean characters and a number make a name")
 }

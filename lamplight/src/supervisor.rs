@@ -2,26 +2,28 @@
 //!
 //! The supervisor holds no iceoryx2 service, so what it spawns inherits no descriptor of one. It
 //! hears three things on one channel: what the arena reports, which signals arrive, and (by
-//! SIGCHLD) that children have ended. Children have process groups of their own, so that Ctrl-C
-//! reaches them only through here. So do the signals of the fault plan: the arena says which life is
+//! SIGCHLD) that children have ended. Children have process groups of their own, so that Ctrl-C and Ctrl-Z
+//! reach them only through here ([`Children`]). So do the signals of the fault plan: the arena says which life is
 //! meant, and only a child of ours is signalled. What children log comes through one pipe ([`Gatherer`]).
 
 use std::{
-    collections::{HashMap, VecDeque},
+    collections::VecDeque,
     io::{self, BufRead, BufReader, IsTerminal, Write},
     os::unix::process::CommandExt,
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, anyhow, bail};
+use arena::scenario::RobotSet;
 use arena_daemon::{
     options::RunOptions,
     process::{Process, State},
     progress::Meter,
+    standstill::Moment,
     stop::{ONE_WISH, STOP_SIGNALS},
 };
 use logbook::FORMAT_VARIABLE;
@@ -30,10 +32,14 @@ use protocol::{
     robot_id::RobotId,
     run_dir::RunDir,
 };
-use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, kill_process, wait};
+use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 
-use crate::{log::Gatherer, run::Outcome};
+use crate::{
+    children::{Children, tell},
+    log::Gatherer,
+    run::Outcome,
+};
 
 /// How long agents get to leave once the run is over; then they are killed.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(3);
@@ -47,6 +53,8 @@ const REAP_POLL: Duration = Duration::from_millis(10);
 /// What the supervisor wakes up to.
 enum Happening {
     Signal(i32),
+    /// The whole run has stood still for so long.
+    StoodStill(Duration),
     Arena(Event),
     /// The arena has closed its output: it reports nothing more.
     ArenaSilent,
@@ -57,6 +65,7 @@ enum Happening {
 pub(crate) struct Watch {
     sender: Sender<Happening>,
     happenings: Receiver<Happening>,
+    children: Children,
 }
 
 impl Watch {
@@ -64,7 +73,11 @@ impl Watch {
     pub(crate) fn begin() -> anyhow::Result<Self> {
         let (sender, happenings) = mpsc::channel();
         forward_signals(sender.clone())?;
-        Ok(Self { sender, happenings })
+        let (children, teller) = (Children::default(), sender.clone());
+        children
+            .stand_still_with_us(move |time| drop(teller.send(Happening::StoodStill(time))))
+            .context("cannot listen for signals")?;
+        Ok(Self { sender, happenings, children })
     }
 }
 
@@ -78,14 +91,14 @@ pub(crate) fn run(
     options: &RunOptions,
     run: &RunDir,
     robots: u32,
-    by_hand: &[u32],
+    by_hand: Option<&RobotSet>,
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
-    let Watch { sender, happenings } = watch;
+    let Watch { sender, happenings, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
-    let start = Start { options, run, robots, by_hand, log: &log };
+    let start = Start { options, run, robots, by_hand, log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
     let outcome = supervisor.watch(happenings);
     supervisor.clear_away(happenings);
@@ -98,13 +111,15 @@ struct Start<'a> {
     options: &'a RunOptions,
     run: &'a RunDir,
     robots: u32,
-    by_hand: &'a [u32],
+    by_hand: Option<&'a RobotSet>,
     log: &'a Gatherer,
+    children: &'a Children,
 }
 
 struct Supervisor<'a> {
     run: &'a RunDir,
     log: &'a Gatherer,
+    children: &'a Children,
     next_trial: Option<NextTrial<'a>>,
     agent_program: PathBuf,
     /// Agents to be started as soon as nothing else is to be done.
@@ -115,7 +130,6 @@ struct Supervisor<'a> {
     orders: Sender<Order>,
     /// How the arena ended, once it has.
     arena_ended: Option<String>,
-    agents: HashMap<Pid, RobotId>,
     stopping: Option<Stopping>,
     summary: Option<String>,
     /// Shows what the arena reports of its progress, once it has.
@@ -126,23 +140,22 @@ struct Supervisor<'a> {
 #[derive(Clone, Copy)]
 struct Stopping {
     signal: i32,
-    since: Instant,
+    since: Moment,
     /// Not to be waited for any longer.
     at_once: bool,
 }
 
 impl<'a> Supervisor<'a> {
     fn start(
-        Start { options, run, robots, by_hand, log }: Start<'a>,
+        Start { options, run, robots, by_hand, log, children }: Start<'a>,
         sender: Sender<Happening>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
         let agent_program = preferred(beside_us("robot-agent")?);
         let mut command = Command::new(beside_us("arena-daemon")?);
         command.args(["--supervised".into(), format!("--name={}", run.name())]);
-        if !by_hand.is_empty() {
-            let list: Vec<String> = by_hand.iter().map(u32::to_string).collect();
-            command.arg(format!("--by-hand={}", list.join(",")));
+        if let Some(robots) = by_hand {
+            command.arg(format!("--by-hand={robots}"));
         }
         if next_trial.is_some() {
             command.arg("--trials");
@@ -151,6 +164,7 @@ impl<'a> Supervisor<'a> {
             command.arg("--live");
         }
         command.args(options.arguments(&run.scenario_path()));
+        let mut group = children.lock();
         let mut arena = command
             .env(FORMAT_VARIABLE, logbook::format().to_string())
             .stdin(Stdio::piped())
@@ -159,18 +173,23 @@ impl<'a> Supervisor<'a> {
             .process_group(0)
             .spawn()
             .context("cannot start arena-daemon")?;
+        group.head = Some(Pid::from_child(&arena));
+        drop(group);
         forward_events(arena.stdout.take().expect("standard output is piped"), sender);
         Ok(Self {
             run,
             log,
+            children,
             next_trial,
             agent_program,
             to_start: VecDeque::new(),
-            robots: (0..robots).filter(|robot| !by_hand.contains(robot)).map(RobotId::first).collect(),
+            robots: (0..robots)
+                .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
+                .map(RobotId::first)
+                .collect(),
             arena: Pid::from_child(&arena),
             orders: writer_of_orders(arena.stdin.take().expect("standard input is piped")),
             arena_ended: None,
-            agents: HashMap::new(),
             stopping: None,
             summary: None,
             meter: None,
@@ -184,6 +203,9 @@ impl<'a> Supervisor<'a> {
             match self.next(happenings)? {
                 Happening::Signal(SIGCHLD) => self.reap(),
                 Happening::Signal(signal) => self.stop(signal),
+                Happening::StoodStill(time) => {
+                    tracing::info!("stood still for {:.1} s; the run goes on", time.as_secs_f64());
+                }
                 Happening::Arena(event) => self.obey(event)?,
                 Happening::ArenaSilent => silent = true,
             }
@@ -207,9 +229,11 @@ impl<'a> Supervisor<'a> {
                 }
                 self.spawn_next()?;
             } else if let Some(stopping) = self.stopping {
-                match happenings.recv_timeout(STOP_TIMEOUT.saturating_sub(stopping.since.elapsed())) {
-                    Ok(happening) => return Ok(happening),
-                    Err(_) => self.give_up_on_arena(),
+                let left = STOP_TIMEOUT.saturating_sub(stopping.since.elapsed());
+                if left.is_zero() {
+                    self.give_up_on_arena();
+                } else if let Ok(happening) = happenings.recv_timeout(left) {
+                    return Ok(happening);
                 }
             } else {
                 return happenings.recv().context("the threads that watch the run have ended");
@@ -225,16 +249,24 @@ impl<'a> Supervisor<'a> {
             Event::Start(id) => self.to_start.push_back(id),
             Event::End(id) => {
                 self.to_start.retain(|queued| *queued != id);
-                self.send(id, Signal::KILL);
+                let mut group = self.children.lock();
+                group.paused.remove(&id);
+                group.tell_agent(id, Signal::KILL);
             }
             Event::Stop(id) => {
                 // Who is to be stopped must be there first.
                 while self.to_start.contains(&id) {
                     self.spawn_next()?;
                 }
-                self.send(id, Signal::STOP);
+                let mut group = self.children.lock();
+                group.paused.insert(id);
+                group.tell_agent(id, Signal::STOP);
             }
-            Event::Continue(id) => self.send(id, Signal::CONT),
+            Event::Continue(id) => {
+                let mut group = self.children.lock();
+                group.paused.remove(&id);
+                group.tell_agent(id, Signal::CONT);
+            }
             Event::Progress { position, total, text } => {
                 self.meter.get_or_insert_with(|| Meter::begin(Some(total), false)).put(position, text);
             }
@@ -254,6 +286,7 @@ impl<'a> Supervisor<'a> {
     fn spawn_next(&mut self) -> anyhow::Result<()> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
         let log = self.log.standard_error().context("cannot hand the log's pipe to an agent")?;
+        let mut group = self.children.lock();
         let child = Command::new(&self.agent_program)
             .env(FORMAT_VARIABLE, logbook::format().to_string())
             .args(["--run", &self.run.name().to_string()])
@@ -265,15 +298,8 @@ impl<'a> Supervisor<'a> {
             .process_group(0)
             .spawn()
             .with_context(|| format!("cannot start the agent of {id}"))?;
-        self.agents.insert(Pid::from_child(&child), id);
+        group.agents.insert(Pid::from_child(&child), id);
         Ok(())
-    }
-
-    /// Signals the process of one life, if it is our child. Nobody else's word counts for which
-    /// process that is.
-    fn send(&self, id: RobotId, signal: Signal) {
-        let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
-        theirs.for_each(|(pid, _)| tell(*pid, signal));
     }
 
     /// The first signal asks the arena to end the run; a second one, not at the heels of the first,
@@ -282,7 +308,7 @@ impl<'a> Supervisor<'a> {
         match &mut self.stopping {
             None => {
                 tracing::info!("ending the run; once more to end it at once");
-                self.stopping = Some(Stopping { signal, since: Instant::now(), at_once: false });
+                self.stopping = Some(Stopping { signal, since: Moment::now(), at_once: false });
                 self.to_start.clear();
                 self.robots.clear();
                 self.order(Order::Stop);
@@ -298,7 +324,7 @@ impl<'a> Supervisor<'a> {
     /// The arena was told to end the run and has not: says what it is doing, and kills it.
     fn give_up_on_arena(&mut self) {
         if let Some(stopping) = &mut self.stopping {
-            stopping.since = Instant::now();
+            stopping.since = Moment::now();
             stopping.at_once = true;
             let pid = self.arena.as_raw_pid();
             let state =
@@ -318,11 +344,14 @@ impl<'a> Supervisor<'a> {
 
     /// Collects every child that has ended.
     fn reap(&mut self) {
+        let mut group = self.children.lock();
         while let Ok(Some((pid, status))) = wait(WaitOptions::NOHANG) {
             let how = described(status);
             if pid == self.arena {
+                group.head = None;
                 self.arena_ended = Some(how);
-            } else if let Some(id) = self.agents.remove(&pid) {
+            } else if let Some(id) = group.agents.remove(&pid) {
+                group.paused.remove(&id);
                 self.order(Order::Lost { id, pid: pid.as_raw_pid().unsigned_abs(), how });
             }
         }
@@ -337,14 +366,13 @@ impl<'a> Supervisor<'a> {
     fn clear_away(&mut self, happenings: &Receiver<Happening>) {
         self.kill_arena();
         self.reap();
-        let mut deadline = Some(Instant::now() + LEAVE_TIMEOUT);
-        while !self.agents.is_empty() || self.arena_ended.is_none() {
-            let patience =
-                deadline.map_or(REAP_POLL, |deadline| deadline.saturating_duration_since(Instant::now()));
-            let impatient = match happenings.recv_timeout(patience) {
+        let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
+        while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() {
+            let left = |deadline: Moment| deadline.since(Moment::now());
+            let impatient = match happenings.recv_timeout(deadline.map_or(REAP_POLL, left)) {
                 Ok(Happening::Signal(signal)) => signal != SIGCHLD,
-                Ok(Happening::Arena(_) | Happening::ArenaSilent) => false,
-                Err(RecvTimeoutError::Timeout) => true,
+                Ok(Happening::Arena(_) | Happening::ArenaSilent | Happening::StoodStill(_)) => false,
+                Err(RecvTimeoutError::Timeout) => deadline.is_none_or(|deadline| left(deadline).is_zero()),
                 // The threads that watch have ended; children still do.
                 Err(RecvTimeoutError::Disconnected) => {
                     thread::sleep(REAP_POLL);
@@ -352,7 +380,7 @@ impl<'a> Supervisor<'a> {
                 }
             };
             if impatient && deadline.take().is_some() {
-                self.agents.keys().for_each(|pid| tell(*pid, Signal::KILL));
+                self.children.lock().agents.keys().for_each(|pid| tell(*pid, Signal::KILL));
             }
             self.reap();
         }
@@ -413,11 +441,6 @@ fn writer_of_orders(mut input: ChildStdin) -> Sender<Order> {
         })
     });
     sender
-}
-
-/// Sends a signal to a child that has not been reaped, so its number is still its own.
-fn tell(pid: Pid, signal: Signal) {
-    let _ = kill_process(pid, signal);
 }
 
 fn described(status: WaitStatus) -> String {

@@ -14,7 +14,7 @@ use std::{
 
 use anyhow::anyhow;
 use clap::Args;
-use protocol::run_dir::{RunDir, RunName};
+use protocol::run_dir::{RunDir, RunDirError, RunName};
 
 use crate::{failure::Failure, say::say};
 use screen::{Layout, View};
@@ -68,6 +68,9 @@ fn chosen(name: Option<&RunName>) -> Result<RunDir, Failure> {
     let alive: Vec<RunDir> = RunDir::list().map_err(Failure::run)?.into_iter().filter(is_alive).collect();
     let names = || alive.iter().map(|run| format!("`{}`", run.name())).collect::<Vec<_>>().join(", ");
     let usage = |message: String| Err(Failure::Usage(anyhow!(message)));
+    if let Some(Err(error @ RunDirError::Foreign { .. })) = name.map(|name| RunDir::open(name.clone())) {
+        return Err(Failure::usage(error));
+    }
     let hint = "start one with `lamplight run SCENARIO --name NAME`";
     match (name, &alive[..]) {
         (Some(name), _) if alive.iter().any(|run| run.name() == name) => Ok(RunDir::of(name.clone())),

@@ -7,7 +7,8 @@
 //! setup.bin   what every agent is told at its start (`codec`)
 //! doorbell    the page of `doorbell`
 //! live        a socket that tells how the run goes, for its owner alone
-//! over-ROBOT-LIFE   this life is over; for agents that were started by hand
+//! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
+//! over-ROBOT-LIFE   this life is over; for them
 //! iox2/       iceoryx2's service and node files
 //! ```
 //!
@@ -15,8 +16,11 @@
 //! name holds no dot, so the files of one run never carry the prefix of another.
 //!
 //! The operating system lets go of a lock whatever ends its holder, so locks tell the living from
-//! the dead. Making and removing runs happens under one more lock, that of `/dev/shm` itself: no
-//! run can be taken for dead while it is being made.
+//! the dead, in other containers too. Making and removing runs happens under one more lock, that of
+//! `/dev/shm` itself: no run can be taken for dead while it is being made.
+//!
+//! Users share `/dev/shm`. What belongs to somebody else is theirs to remove, and is passed over; for root
+//! everything is ours.
 
 use std::{
     fmt, fs,
@@ -25,11 +29,13 @@ use std::{
     path::{Path, PathBuf},
     string::{String, ToString},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
     vec::Vec,
 };
 
-use crate::robot_id::RobotId;
+use serde::{Deserialize, Serialize};
+
+use crate::{codec, owner::Owner, robot_id::RobotId};
 
 /// POSIX shared memory lives here on Linux; a tmpfs.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -40,14 +46,17 @@ pub const NAME_MAX: usize = 64;
 /// How often, and how far apart, a lock is tried that others may look at for a moment.
 const LOCK_TRIES: u32 = 20;
 const LOCK_PAUSE: Duration = Duration::from_millis(5);
+/// How long others are waited for that make or remove a run, which takes them milliseconds.
+const TURN_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// A run's name: 1 to [`NAME_MAX`] letters, digits, `-` and `_`.
+/// A run's name: 1 to [`NAME_MAX`] letters, digits, `-` and `_`. It does not begin with `-`, or programs would take
+/// it for an option.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RunName(String);
 
 /// Why a string is no name of a run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no name for a run: use 1 to {NAME_MAX} letters, digits, `-` and `_`")]
+#[error("`{0}` is no name for a run: use 1 to {NAME_MAX} letters, digits, `-` and `_`, and no `-` in front")]
 pub struct NameError(String);
 
 impl std::str::FromStr for RunName {
@@ -55,7 +64,8 @@ impl std::str::FromStr for RunName {
 
     fn from_str(name: &str) -> Result<Self, NameError> {
         let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        match (1..=NAME_MAX).contains(&name.len()) && name.chars().all(allowed) {
+        let length = (1..=NAME_MAX).contains(&name.len());
+        match length && name.chars().all(allowed) && !name.starts_with('-') {
             true => Ok(Self(name.to_string())),
             false => Err(NameError(name.to_string())),
         }
@@ -77,6 +87,20 @@ pub enum RunDirError {
     /// There is no such run.
     #[error("no run named `{0}` is alive; start one with `lamplight run SCENARIO --name {0}`")]
     NotFound(RunName),
+    /// The name is somebody else's.
+    #[error("`{name}` is the name of a run of {owner} in {SHARED_MEMORY}; choose another one")]
+    Foreign {
+        /// The name.
+        name: RunName,
+        /// Whose it is.
+        owner: Owner,
+    },
+    /// Somebody makes or removes a run and does not get done.
+    #[error(
+        "another process has locked {SHARED_MEMORY} for {TURN_TIMEOUT:?}, as a stopped `lamplight` may have; \
+         `fuser -v {SHARED_MEMORY}` names it"
+    )]
+    Locked,
     /// The file system said no.
     #[error("{path}: {error}", path = path.display())]
     Io {
@@ -87,10 +111,28 @@ pub enum RunDirError {
     },
 }
 
+/// What became of what a dead run had left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cleared {
+    /// Entries that were removed.
+    pub removed: usize,
+    /// Whose the others are, if some were not ours to remove.
+    pub foreign: Option<Owner>,
+}
+
 /// The folder of one run.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RunDir {
     name: RunName,
+}
+
+/// A robot that is driven by hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ByHand {
+    /// Its present life.
+    pub id: RobotId,
+    /// Whether that waits to be started.
+    pub is_awaited: bool,
 }
 
 /// Holds a lock of a run until it is dropped or its process ends.
@@ -123,10 +165,12 @@ impl RunDir {
     pub fn create(name: RunName) -> Result<(Self, RunLock), RunDirError> {
         let dir = Self::of(name);
         exclusively(|| {
-            if dir.is_in_use() {
+            if dir.is_in_use()? {
                 return Err(RunDirError::Alive(dir.name.clone()));
             }
-            dir.remove()?;
+            if let Some(owner) = dir.remove()?.foreign {
+                return Err(RunDirError::Foreign { name: dir.name.clone(), owner });
+            }
             let path = dir.path();
             fs::create_dir(&path).map_err(failed(&path))?;
             let owner = dir.lock("owner")?;
@@ -145,6 +189,7 @@ impl RunDir {
         let watch = File::open(dir.path().join("arena")).map(|lock| ArenaWatch { lock });
         match watch {
             Ok(watch) if watch.is_alive() => Ok((dir, watch)),
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(dir.not_ours(error)),
             _ => Err(RunDirError::NotFound(dir.name)),
         }
     }
@@ -169,9 +214,15 @@ impl RunDir {
     }
 
     /// Removes what the run has left if it is dead: if it has neither an owner nor an arena.
-    /// Returns how many entries there were, or `None` if it is not dead.
-    pub fn remove_if_dead(&self) -> Result<Option<usize>, RunDirError> {
-        exclusively(|| if self.is_in_use() { Ok(None) } else { self.remove().map(Some) })
+    /// Returns what became of it, or `None` if it is not dead. A run of somebody else that cannot be looked into
+    /// is passed over.
+    pub fn remove_if_dead(&self) -> Result<Option<Cleared>, RunDirError> {
+        exclusively(|| match self.is_in_use() {
+            Ok(true) => Ok(None),
+            Ok(false) => self.remove().map(Some),
+            Err(RunDirError::Foreign { owner, .. }) => Ok(Some(Cleared { removed: 0, foreign: Some(owner) })),
+            Err(error) => Err(error),
+        })
     }
 
     /// Removes the run's folder and shared memory. For its owner, once nobody else is left.
@@ -181,12 +232,25 @@ impl RunDir {
         Ok(())
     }
 
-    fn is_in_use(&self) -> bool {
-        self.is_locked("owner") || self.is_locked("arena")
+    fn is_in_use(&self) -> Result<bool, RunDirError> {
+        Ok(self.is_locked("owner")? || self.is_locked("arena")?)
     }
 
-    fn is_locked(&self, lock: &str) -> bool {
-        File::open(self.path().join(lock)).is_ok_and(|file| is_held(&file))
+    fn is_locked(&self, lock: &str) -> Result<bool, RunDirError> {
+        match File::open(self.path().join(lock)) {
+            Ok(file) => Ok(is_held(&file)),
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Err(self.not_ours(error)),
+            Err(_) => Ok(false),
+        }
+    }
+
+    /// Why the run's folder cannot be looked into: it is somebody else's, or else what was said.
+    fn not_ours(&self, error: io::Error) -> RunDirError {
+        let path = self.path();
+        match Owner::of(&path) {
+            Ok(owner) if !owner.is_us() => RunDirError::Foreign { name: self.name.clone(), owner },
+            _ => failed(&path)(error),
+        }
     }
 
     fn lock(&self, lock: &str) -> Result<RunLock, RunDirError> {
@@ -203,10 +267,10 @@ impl RunDir {
         Err(RunDirError::Alive(self.name.clone()))
     }
 
-    /// Removes the folder and every file with the run's prefix; returns how many entries.
-    fn remove(&self) -> Result<usize, RunDirError> {
+    /// Removes the folder and every file with the run's prefix, as far as they are ours.
+    fn remove(&self) -> Result<Cleared, RunDirError> {
         let (exact, prefix) = (std::format!("{PREFIX}{}", self.name), self.prefix());
-        let mut removed = 0;
+        let mut cleared = Cleared::default();
         let shared_memory = Path::new(SHARED_MEMORY);
         for entry in fs::read_dir(shared_memory).map_err(failed(shared_memory))? {
             let Ok(entry) = entry else { continue };
@@ -215,18 +279,24 @@ impl RunDir {
                 continue;
             }
             let path = entry.path();
-            let outcome = match path.is_dir() {
-                true => fs::remove_dir_all(&path),
-                false => fs::remove_file(&path),
+            let foreign = Owner::of(&path).ok().filter(|owner| !owner.is_us());
+            let outcome = match foreign {
+                Some(_) if !Owner::us().is_root() => Err(io::ErrorKind::PermissionDenied.into()),
+                _ if path.is_dir() => fs::remove_dir_all(&path),
+                _ => fs::remove_file(&path),
             };
             match outcome {
-                Ok(()) => removed += 1,
+                Ok(()) => cleared.removed += 1,
                 // An agent that leaves removes its own files.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                // The root of a container is not everybody's.
+                Err(error) if error.kind() == io::ErrorKind::PermissionDenied && foreign.is_some() => {
+                    cleared.foreign = foreign;
+                }
                 Err(error) => return Err(failed(&path)(error)),
             }
         }
-        Ok(removed)
+        Ok(cleared)
     }
 
     /// The folder.
@@ -252,6 +322,22 @@ impl RunDir {
     /// The socket of those who watch the run. Its path is no longer than a socket's can be (107 bytes).
     pub fn live_path(&self) -> PathBuf {
         self.path().join("live")
+    }
+
+    /// The arena says which robots are driven by hand.
+    pub fn tell_by_hand(&self, robots: &[ByHand]) -> io::Result<()> {
+        let draft = self.path().join("by-hand.new");
+        fs::write(&draft, codec::encode(&robots))?;
+        fs::rename(draft, self.by_hand_path())
+    }
+
+    /// An agent asks which robots are driven by hand.
+    pub fn by_hand(&self) -> io::Result<Vec<ByHand>> {
+        codec::decode(&fs::read(self.by_hand_path())?).map_err(io::Error::other)
+    }
+
+    fn by_hand_path(&self) -> PathBuf {
+        self.path().join("by-hand")
     }
 
     /// The arena says that a life is over that nobody ends: its agent may be asleep until the next
@@ -284,8 +370,15 @@ impl RunDir {
 fn exclusively<T>(act: impl FnOnce() -> Result<T, RunDirError>) -> Result<T, RunDirError> {
     let shared_memory = Path::new(SHARED_MEMORY);
     let folder = File::open(shared_memory).map_err(failed(shared_memory))?;
-    folder.lock().map_err(failed(shared_memory))?;
-    act()
+    let began = Instant::now();
+    loop {
+        match folder.try_lock() {
+            Ok(()) => return act(),
+            Err(TryLockError::WouldBlock) if began.elapsed() < TURN_TIMEOUT => thread::sleep(LOCK_PAUSE),
+            Err(TryLockError::WouldBlock) => return Err(RunDirError::Locked),
+            Err(TryLockError::Error(error)) => return Err(failed(shared_memory)(error)),
+        }
+    }
 }
 
 /// Whether somebody holds the lock on `file`. Looking takes it for a moment if nobody does.
@@ -320,8 +413,8 @@ mod tests {
     }
 
     #[test]
-    fn names_cannot_leave_their_folder() {
-        for bad in ["", "a/b", "..", "a.b", "a b", &"x".repeat(NAME_MAX + 1)] {
+    fn names_cannot_leave_their_folder_nor_be_taken_for_options() {
+        for bad in ["", "a/b", "..", "a.b", "a b", "-", "-a", &"x".repeat(NAME_MAX + 1)] {
             assert!(bad.parse::<RunName>().is_err(), "{bad:?}");
         }
     }
@@ -358,7 +451,7 @@ mod tests {
         fs::write(&memory, b"").unwrap();
         assert!(RunDir::list().unwrap().contains(&short));
         drop(short_owner);
-        assert_eq!(short.remove_if_dead().unwrap(), Some(2));
+        assert_eq!(short.remove_if_dead().unwrap(), Some(Cleared { removed: 2, foreign: None }));
         assert!(!short.path().exists() && !memory.exists() && long.path().exists());
         long.remove_own(long_owner).unwrap();
     }

@@ -22,7 +22,7 @@ use protocol::{
     doorbell::Doorbell,
     footprint,
     robot_id::RobotId,
-    run_dir::{ArenaWatch, RunDir, RunDirError, RunName},
+    run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
     services::{Medium, ServiceError},
     setup::{AgentSetup, Mode},
 };
@@ -58,7 +58,10 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
     logbook::begin(Settings {
         format: logbook::Format::from_env(),
         level: LevelFilter::WARN,
@@ -85,6 +88,19 @@ fn main() -> ExitCode {
         logbook::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
+}
+
+/// Says why the command line is refused, or what was asked for. In one write: a swarm's agents share one pipe, and
+/// lines that come in pieces would mix.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render();
+    let text = if io::stderr().is_terminal() { text.ansi().to_string() } else { text.to_string() };
+    // If nobody takes it, there is nobody to tell.
+    let _ = match error.use_stderr() {
+        true => logbook::to_stderr(text.as_bytes()),
+        false => error.print(),
+    };
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Whether a run has ended, or is about to: then what failed is of no interest.
@@ -132,6 +148,9 @@ fn take_seat(cli: &Cli) -> anyhow::Result<Box<Seat>> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
+    if !cli.quiet {
+        check_place(&run, id)?;
+    }
     let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Medium::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
@@ -148,6 +167,33 @@ fn wait_until_ready(run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
         thread::sleep(READY_POLL);
     }
     Ok(())
+}
+
+/// Whether a user may drive this life of a robot. If somebody else drives it, joining will tell.
+fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
+    let name = run.name();
+    let by_hand = run.by_hand().context("cannot read which robots are driven by hand")?;
+    let present = by_hand.iter().find(|robot| robot.id.index == id.index);
+    match present {
+        Some(present) if present.id == id => Ok(()),
+        Some(ByHand { id: present, is_awaited: true }) => {
+            bail!("run `{name}` waits for {present} and not for {id}: {}", present.start_command(name))
+        }
+        Some(ByHand { id: present, .. }) => {
+            bail!("run `{name}` does not wait for {id}; it is at {present}, which has been started already")
+        }
+        None => match by_hand.iter().find(|robot| robot.is_awaited) {
+            Some(other) => bail!(
+                "{id} is not driven by hand in run `{name}`, which waits for {}: {}",
+                other.id,
+                other.id.start_command(name)
+            ),
+            None => bail!(
+                "{id} is not driven by hand in run `{name}`; to drive it, start a run with --by-hand {}",
+                id.index
+            ),
+        },
+    }
 }
 
 /// What a user can do about a robot that cannot be driven.

@@ -13,9 +13,10 @@ use crate::{Abandoned, agent::Agent, timer::Timer};
 
 /// Silence after which an agent asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
-/// Silence after which it understands that it has been left out.
+/// How long rounds may pass it by before it understands that it has been left out.
 const LEFT_OUT: Duration = Duration::from_secs(10);
-/// After a gap like this, which no nap explains, it was itself away, stopped perhaps.
+/// After a gap like this, which no nap explains, it was itself away, stopped perhaps; or, if no round has begun for
+/// so long and two cycles, the arena was.
 const AWAY: Duration = Duration::from_secs(1);
 /// Longest nap, so that a dead arena is noticed.
 const NAP: Duration = Duration::from_millis(250);
@@ -34,7 +35,8 @@ pub(crate) fn run(
     let mut timer = Timer::new(agent.id, setup.cycle, &setup.clock, now)
         .context("the run's neighbor cycle is longer than a clock can count")?;
     let patience = LEFT_OUT.max(timer.period().saturating_mul(10));
-    let (mut answered, mut asked) = (now, now);
+    let absence = AWAY.max(timer.period().saturating_mul(2));
+    let (mut answered, mut asked, mut rung) = (now, now, now);
     // Percepts begin when everyone is there; until then silence means nothing.
     let mut begun = false;
     loop {
@@ -45,6 +47,11 @@ pub(crate) fn run(
             Ring::Silence => {}
             Ring::Round(round) => {
                 seen = round;
+                let before = std::mem::replace(&mut rung, Instant::now());
+                if rung - before > absence {
+                    // Nobody was called in that time.
+                    answered = rung;
+                }
                 agent.listen()?;
             }
         }
@@ -62,7 +69,7 @@ pub(crate) fn run(
             if agent.answer(run)? {
                 bell.answer_as(agent.id.index);
                 (answered, begun) = (now, true);
-            } else if begun && now - answered > patience {
+            } else if begun && rung.saturating_duration_since(answered) > patience {
                 return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
             }
             if begun && !timer.is_in_time(Instant::now()) {

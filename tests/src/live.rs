@@ -247,6 +247,29 @@ pub fn state(pid: Pid) -> Option<char> {
     stat.rsplit_once(") ")?.1.chars().next()
 }
 
+/// All processes that `pid` has started, and those that these have.
+///
+/// # Panics
+/// If there is no `/proc`.
+pub fn descendants(pid: Pid) -> Vec<Pid> {
+    let entries = fs::read_dir("/proc").expect("/proc is there");
+    let parents: Vec<(Pid, Pid)> = entries
+        .filter_map(|entry| {
+            let child = entry.ok()?.file_name().to_str()?.parse().ok()?;
+            let stat = fs::read_to_string(format!("/proc/{child}/stat")).ok()?;
+            let parent = stat.rsplit_once(") ")?.1.split(' ').nth(1)?.parse().ok()?;
+            Some((Pid::from_raw(child)?, Pid::from_raw(parent)?))
+        })
+        .collect();
+    let mut found = vec![pid];
+    let mut next = 0;
+    while let Some(&parent) = found.get(next) {
+        found.extend(parents.iter().filter(|(_, theirs)| *theirs == parent).map(|(child, _)| *child));
+        next += 1;
+    }
+    found.split_off(1)
+}
+
 /// Entries below `folder`; none if it is no folder, or no longer one.
 fn entries_below(folder: &Path) -> usize {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();

@@ -318,7 +318,7 @@ fn a_second_agent_for_a_live_robot_is_told_so_and_changes_nothing() {
     let mut message = String::new();
     second.stderr.take().unwrap().read_to_string(&mut message).unwrap();
     let expected = format!(
-        "error: robot 7 already has an agent in run `{}`; end that agent first, or drive another robot\n",
+        "error: robot 7 is not driven by hand in run `{}`; to drive it, start a run with --by-hand 7\n",
         run.name
     );
     assert_eq!(message, expected);

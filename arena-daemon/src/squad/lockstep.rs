@@ -1,11 +1,6 @@
 //! Processes in lock-step: the arena waits for every live agent, every tick.
 
-use std::{
-    mem,
-    sync::Arc,
-    thread,
-    time::{Duration, Instant},
-};
+use std::{mem, sync::Arc, thread, time::Duration};
 
 use arena::{
     fault::{Act, Strike},
@@ -23,6 +18,7 @@ use super::{
 use crate::{
     live::{Awaited, Live, Survey},
     profile::Profile,
+    standstill::Moment,
     stop::StopFlag,
 };
 
@@ -86,8 +82,8 @@ impl Lockstep {
         tick: Tick,
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
-        let rung = Instant::now();
-        // Late twice in a row: after a pause of the whole run the first look comes too early.
+        let rung = Moment::now();
+        // Late twice in a row: after somebody has stopped all processes the first look comes too early.
         let mut was_late = false;
         loop {
             let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);

@@ -2,7 +2,6 @@
 //! struck, and what is done about it. Both process squads stand on this.
 
 use std::{
-    collections::BTreeSet,
     fmt, fs, io,
     ops::RangeInclusive,
     sync::Arc,
@@ -12,7 +11,7 @@ use std::{
 
 use arena::{
     fault::{Act, Strike},
-    scenario::{OnHang, Scenario},
+    scenario::{OnHang, ProcessesSpec, RobotSet, Scenario},
 };
 use protocol::{
     codec,
@@ -23,7 +22,7 @@ use protocol::{
     percept::{Percept, Tick},
     raw::{BOOT_TICK, CommandError},
     robot_id::RobotId,
-    run_dir::RunDir,
+    run_dir::{ByHand, RunDir},
     services::{ArenaPorts, Medium, bury},
     setup::{Mode, Plane},
 };
@@ -35,6 +34,7 @@ use crate::{
     live::{Awaited, Live},
     process::{Process, State},
     profile::{Profile, Recorder},
+    standstill::Moment,
     stop::StopFlag,
     trace::Tracer,
 };
@@ -49,6 +49,9 @@ const JOIN_POLL: Duration = Duration::from_millis(5);
 const DYING: Duration = Duration::from_secs(10);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
+/// Time between two lines that tell which robots wait to be started by hand: whoever is busy with a debugger should
+/// not have to look for it, nor be disturbed.
+const CALL_EVERY: Duration = Duration::from_secs(30);
 
 /// What the arena needs to host agents.
 #[derive(Debug)]
@@ -57,8 +60,8 @@ pub struct Hosting {
     pub run: RunDir,
     /// The line to the supervisor.
     pub link: Link,
-    /// Robots that nobody starts for us; the arena waits for them without limit.
-    pub by_hand: BTreeSet<u32>,
+    /// Robots that nobody starts for us.
+    pub by_hand: Option<RobotSet>,
     /// Whether the agents are measured.
     pub profile: bool,
     /// Where those are told who watch the run.
@@ -91,7 +94,7 @@ pub(super) struct Member {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Presence {
     /// Its services stand since then; nobody has come yet.
-    Expected { since: Instant },
+    Expected { since: Moment },
     /// It takes part.
     Present,
     /// The plan has stopped it; it may not have come before that.
@@ -107,7 +110,7 @@ pub(super) enum Presence {
 struct Remains {
     id: RobotId,
     process: Option<Process>,
-    since: Instant,
+    since: Moment,
     ports: ArenaPorts,
 }
 
@@ -126,9 +129,12 @@ pub(super) struct Members {
     pub(super) hosting: Hosting,
     /// When it was last told who is waited for, if somebody is.
     pub(super) waiting_told: Option<Instant>,
-    on_hang: OnHang,
-    join_timeout: Duration,
+    processes: ProcessesSpec,
     pub(super) members: Vec<Member>,
+    /// Who is driven by hand, as the run's folder tells.
+    by_hand: Vec<ByHand>,
+    /// When somebody was last called to start them.
+    called: Option<Moment>,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
     incidents: Vec<Incident>,
@@ -145,7 +151,9 @@ impl Members {
         let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
         let members = (0..robots)
             .map(|index| Member::hosted(&medium, plane, RobotId::first(index)))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        let by_hand: Vec<ByHand> = driven_by_hand(&members, &hosting).collect();
+        run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
             Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
@@ -161,9 +169,10 @@ impl Members {
             frames: Frames::of(robots as usize),
             hosting,
             waiting_told: None,
-            on_hang: scenario.processes.on_hang,
-            join_timeout: scenario.processes.join_timeout(),
+            processes: scenario.processes.clone(),
             members,
+            by_hand,
+            called: None,
             remains: Vec::new(),
             incidents: Vec::new(),
         })
@@ -174,7 +183,6 @@ impl Members {
         let mut answers: Answers = vec![None; self.members.len()];
         self.doorbell.expect(self.members.len() as u32);
         self.hosting.link.tell(&Event::Ready);
-        self.announce_by_hand();
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
         if let Some(recorder) = &mut self.recorder {
@@ -212,7 +220,7 @@ impl Members {
         stop: &StopFlag,
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
-        let began = Instant::now();
+        let began = Moment::now();
         let mut noted = began;
         loop {
             self.welcome(tick, answers)?;
@@ -224,7 +232,7 @@ impl Members {
             }
             self.wait_for(Awaited::Join, &missing, tick, began);
             if noted.elapsed() >= NOTE_EVERY {
-                noted = Instant::now();
+                noted = Moment::now();
                 let (missing, all) = (missing.len(), indices.len());
                 tracing::info!("waiting for {missing} of {all} robots to join");
             }
@@ -251,7 +259,6 @@ impl Members {
             }
             (Act::Restart, _) => {
                 self.end(index);
-                self.announce_restart(id.reborn());
                 self.begin(index, id.reborn())?
             }
             (Act::Pause, presence) => {
@@ -279,12 +286,14 @@ impl Members {
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
                 self.members[index].presence = Presence::Present;
                 *answer = Some(command);
-            } else if since.elapsed() > self.join_timeout && !self.is_by_hand(index) {
-                let what =
-                    format!("{} has not joined within {:?}", self.members[index].id, self.join_timeout);
+            } else if let Some(patience) = self.join_timeout(index)
+                && since.elapsed() > patience
+            {
+                let what = format!("{} has not joined within {patience:?}", self.members[index].id);
                 self.miss(index, tick, what)?;
             }
         }
+        self.call_by_hand();
         match self.members.iter().all(|member| member.presence == Presence::Out) {
             true => Err(SquadError("no robot is left".into())),
             false => Ok(()),
@@ -463,11 +472,11 @@ impl Members {
     fn miss(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
         let id = self.members[index].id;
         let (by_hand, next) = (self.is_by_hand(index), id.reborn());
-        let consequence = match self.on_hang {
+        let consequence = match self.processes.on_hang {
             OnHang::Fail => return Err(SquadError(what)),
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
-                format!("the run goes on until it is there again: {}", self.how_to_start(next))
+                format!("its next life is started by hand: {}", next.start_command(self.hosting.run.name()))
             }
             OnHang::Restart => "it is restarted".into(),
         };
@@ -477,7 +486,7 @@ impl Members {
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
         self.end(index);
-        self.members[index].presence = match self.on_hang {
+        self.members[index].presence = match self.processes.on_hang {
             OnHang::Restart => self.begin(index, next)?,
             OnHang::Exclude | OnHang::Fail => Presence::Out,
         };
@@ -499,7 +508,7 @@ impl Members {
                 }
                 bury(&self.hosting.run, vec![ports]);
             }
-            false => self.remains.push(Remains { id, process, since: Instant::now(), ports }),
+            false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
         }
     }
 
@@ -527,31 +536,62 @@ impl Members {
         bury(&self.hosting.run, over);
     }
 
-    fn announce_restart(&self, id: RobotId) {
-        if self.is_by_hand(id.index as usize) {
-            tracing::info!("the plan restarts {id}; start it by hand: {}", self.how_to_start(id));
+    /// How long robot `index` is waited for; `None` for without limit.
+    fn join_timeout(&self, index: usize) -> Option<Duration> {
+        match self.is_by_hand(index) {
+            // To be started anew is what it waits for.
+            true if self.processes.on_hang == OnHang::Restart => None,
+            by_hand => self.processes.join_timeout(by_hand),
         }
-    }
-
-    fn how_to_start(&self, id: RobotId) -> String {
-        let (run, RobotId { index, incarnation }) = (self.hosting.run.name(), id);
-        format!("robot-agent --run {run} --robot {index} --incarnation {incarnation}")
     }
 
     fn is_by_hand(&self, index: usize) -> bool {
-        !self.hosting.link.is_supervised() || self.hosting.by_hand.contains(&(index as u32))
+        self.hosting.is_by_hand(index as u32)
     }
 
-    fn announce_by_hand(&self) {
-        let run = self.hosting.run.name();
-        let by_hand: Vec<usize> = (0..self.members.len()).filter(|&index| self.is_by_hand(index)).collect();
-        if let [first, ..] = by_hand[..] {
-            tracing::info!(
-                "run `{run}` waits for {} to be started by hand: robot-agent --run {run} --robot {first}",
-                if by_hand.len() == 1 { "a robot".into() } else { format!("{} robots", by_hand.len()) },
-            );
+    /// Tells which robots wait to be started by hand: in the run's folder as soon as that changes, and to whoever
+    /// reads the log then and now and then.
+    fn call_by_hand(&mut self) {
+        if self.by_hand.is_empty() {
+            return;
         }
+        let Self { members, hosting, by_hand, called, .. } = &mut *self;
+        if !driven_by_hand(members, hosting).eq(by_hand.iter().copied()) {
+            by_hand.clear();
+            by_hand.extend(driven_by_hand(members, hosting));
+            *called = None;
+            if let Err(error) = hosting.run.tell_by_hand(by_hand) {
+                tracing::warn!("agents started by hand cannot be told what they may join: {error}");
+            }
+        }
+        if called.is_some_and(|called| called.elapsed() < CALL_EVERY) {
+            return;
+        }
+        *called = Some(Moment::now());
+        let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited).map(|robot| robot.id);
+        let Some(set) = RobotSet::of(awaited.clone().map(|id| id.index)) else { return };
+        let Some(first) = awaited.clone().next() else { return };
+        let (run, count) = (self.hosting.run.name(), awaited.count());
+        let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
+        let within = self.join_timeout(first.index as usize);
+        let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
+        let command = first.start_command(run);
+        // A warning, because without a hand the run stands, with --quiet too.
+        tracing::warn!("run `{run}` waits for {robots} {set} to be started by hand{within}{each}: {command}");
     }
+}
+
+impl Hosting {
+    /// Whether robot `index` is started by hand: without a supervisor everybody is.
+    fn is_by_hand(&self, index: u32) -> bool {
+        !self.link.is_supervised() || self.by_hand.as_ref().is_some_and(|robots| robots.contains(index))
+    }
+}
+
+/// The robots that are driven by hand, and whether they wait to be.
+fn driven_by_hand<'a>(members: &'a [Member], hosting: &'a Hosting) -> impl Iterator<Item = ByHand> + 'a {
+    let theirs = members.iter().filter(|member| hosting.is_by_hand(member.id.index));
+    theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
 }
 
 /// Writes what every agent of the run is told.
@@ -563,7 +603,7 @@ fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), Squad
 impl Presence {
     /// From now on.
     fn expected() -> Self {
-        Self::Expected { since: Instant::now() }
+        Self::Expected { since: Moment::now() }
     }
 }
 

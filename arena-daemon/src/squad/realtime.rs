@@ -19,6 +19,7 @@ use super::{
 use crate::{
     live::{Awaited, Live, Survey},
     profile::Profile,
+    standstill::Moment,
     stop::StopFlag,
 };
 
@@ -43,7 +44,7 @@ pub struct Realtime {
     /// Length of a cycle.
     cycle: Duration,
     /// When the arena last looked.
-    looked: Instant,
+    looked: Moment,
     /// The tick of the last percepts.
     tick: Tick,
 }
@@ -57,7 +58,7 @@ struct Latest {
     /// In which cycle it came; `None` once a newer answer was refused, or the robot was paused: then
     /// it stands still.
     stands_since: Option<u64>,
-    arrived: Instant,
+    arrived: Moment,
 }
 
 impl Realtime {
@@ -66,7 +67,7 @@ impl Realtime {
         let members = Members::open(scenario, Mode::Realtime, hosting)?;
         let latest = vec![None; scenario.robot_count() as usize];
         let cycle = Duration::from_secs_f64(scenario.cycle_s());
-        Ok(Self { members, latest, cycles: 0, cycle, looked: Instant::now(), tick: 0 })
+        Ok(Self { members, latest, cycles: 0, cycle, looked: Moment::now(), tick: 0 })
     }
 
     /// Takes in the newest command of agent `index`, if a new one has come.
@@ -76,7 +77,7 @@ impl Realtime {
             Heard::Command(answers, command) => self.note(index, Some(answers), command),
             Heard::Refused => {
                 if let Some(latest) = &mut self.latest[index] {
-                    (latest.stands_since, latest.arrived) = (None, Instant::now());
+                    (latest.stands_since, latest.arrived) = (None, Moment::now());
                 }
             }
             Heard::Nothing => {}
@@ -87,14 +88,14 @@ impl Realtime {
     /// If the arena itself was away (stopped, or starved), nobody is to blame for that time.
     fn forgive_own_absence(&mut self) {
         let away = self.looked.elapsed();
-        self.looked = Instant::now();
+        self.looked = Moment::now();
         if away > self.cycle + ABSENCE {
             self.latest.iter_mut().flatten().for_each(|latest| latest.arrived += away);
         }
     }
 
     fn note(&mut self, index: usize, answers: Option<Tick>, command: Command) {
-        let (stands_since, arrived) = (Some(self.cycles), Instant::now());
+        let (stands_since, arrived) = (Some(self.cycles), Moment::now());
         self.latest[index] = Some(Latest { command, answers, stands_since, arrived });
     }
 }
@@ -116,7 +117,7 @@ impl Squad for Realtime {
             let struck = self.members.strike(strike, answers)?;
             if let Some(latest) = self.latest[strike.robot as usize].as_mut().filter(|_| struck) {
                 // What it has said no longer stands; a pause is no silence to be blamed for.
-                (latest.stands_since, latest.arrived) = (None, Instant::now());
+                (latest.stands_since, latest.arrived) = (None, Moment::now());
             }
         }
         Ok(())

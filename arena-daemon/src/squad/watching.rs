@@ -12,6 +12,7 @@ use crate::{
     live::{Awaited, EVERY, Live, NAMED_MAX, Robot, Standing, Survey, Waited, Waiting},
     process::State,
     profile::Recorder,
+    standstill::Moment,
 };
 
 /// Who answers within this is not waited for.
@@ -45,7 +46,7 @@ impl Members {
 
     /// Tells those who watch that `tick` waits for `robots` since then, if that is so for long enough and they do not
     /// know yet.
-    pub(super) fn wait_for(&mut self, what: Awaited, robots: &[usize], tick: Tick, since: Instant) {
+    pub(super) fn wait_for(&mut self, what: Awaited, robots: &[usize], tick: Tick, since: Moment) {
         let Some(live) = &self.hosting.live else { return };
         let known = self.waiting_told.is_some_and(|told| told.elapsed() < EVERY);
         if known || since.elapsed() < NOTICEABLE {
@@ -67,7 +68,7 @@ impl Members {
     pub(super) fn waiting(
         &self,
         what: Awaited,
-        robots: impl Iterator<Item = (usize, Instant)>,
+        robots: impl Iterator<Item = (usize, Moment)>,
         tick: Tick,
     ) -> Option<Waiting> {
         let mut robots = robots;

@@ -159,6 +159,10 @@ pub struct ConvergenceSpec {
     pub stop: bool,
 }
 
+/// How long a robot may take to join that the run starts, unless the scenario says otherwise: a thousand take two
+/// seconds on two cores.
+const JOIN_TIMEOUT: Duration = Duration::from_secs(30);
+
 /// How the robots' processes are supervised.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -167,8 +171,9 @@ pub struct ProcessesSpec {
     pub hang_timeout_s: Positive,
     /// What happens to a robot that hangs.
     pub on_hang: OnHang,
-    /// How long the arena waits for all robots to join, in seconds of wall time.
-    pub join_timeout_s: Positive,
+    /// How long the arena waits for a robot to join, in seconds of wall time. Without it, 30 seconds for robots that
+    /// the run starts, and without limit for those that are driven by hand.
+    pub join_timeout_s: Option<Positive>,
     /// What carries messages; without it blackboards in lock-step, publish-subscribe in real time.
     #[schemars(with = "Option<PlaneName>")]
     pub plane: Option<Plane>,
@@ -213,9 +218,10 @@ impl ProcessesSpec {
         duration(self.hang_timeout_s)
     }
 
-    /// `join_timeout_s` as a duration of wall time.
-    pub fn join_timeout(&self) -> Duration {
-        duration(self.join_timeout_s)
+    /// How long a robot may take to join, of wall time; `None` if as long as it likes.
+    pub fn join_timeout(&self, by_hand: bool) -> Option<Duration> {
+        let unless_said = if by_hand { None } else { Some(JOIN_TIMEOUT) };
+        self.join_timeout_s.map(duration).or(unless_said)
     }
 }
 
@@ -241,7 +247,7 @@ impl Default for ProcessesSpec {
         Self {
             hang_timeout_s: constant!(Positive, 2.0),
             on_hang: OnHang::default(),
-            join_timeout_s: constant!(Positive, 30.0),
+            join_timeout_s: None,
             plane: None,
             clock_drift_ppm: constant!(NonNegative, 0.0),
             timer_jitter_s: constant!(NonNegative, 0.0),

@@ -34,8 +34,8 @@ use super::{
 };
 use crate::{
     failure::Failure,
-    in_process, limits,
-    run::{Engine, Outcome, default_name},
+    in_process, limits, name,
+    run::{Engine, Outcome},
     supervisor::{self, Watch},
 };
 
@@ -258,7 +258,7 @@ impl<'a> Course<'a> {
 fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
     let Some(Trial { scenario, .. }) = course.present() else { return Ok(None) };
     let robots = scenario.robot_count();
-    let (run, owner) = RunDir::create(default_name(&scenario))?;
+    let (run, owner) = RunDir::create(name::unique(&name::plain(&scenario.name)))?;
     let written = files::replace(&run.scenario_path(), scenario.to_toml());
     let before = (course.missing.len(), course.is_second_time);
     // What ends the batch, in contrast to what ends the swarm.
@@ -274,7 +274,7 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
     });
     let outcome = written
         .map_err(anyhow::Error::from)
-        .and_then(|()| supervisor::run(&options(&scenario), &run, robots, &[], watch, Some(next_trial)));
+        .and_then(|()| supervisor::run(&options(&scenario), &run, robots, None, watch, Some(next_trial)));
     run.remove_own(owner)?;
     let nothing_came = before == (course.missing.len(), course.is_second_time);
     match (failed, outcome) {

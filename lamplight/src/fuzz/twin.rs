@@ -8,16 +8,21 @@ use std::{
     path::{Path, PathBuf},
     process::{self, Child, Command, ExitStatus, Stdio},
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, anyhow, bail};
 use arena::scenario::Seed;
-use arena_daemon::stop::StopFlag;
+use arena_daemon::{standstill::Moment, stop::StopFlag};
 use files::WriteError;
-use protocol::run_dir::{RunDir, RunName};
-use rustix::process::{Pid, Signal, kill_process};
+use protocol::run_dir::RunDir;
+use rustix::process::{Pid, Signal};
 use serde_json::Value;
+
+use crate::{
+    children::{Children, tell},
+    name,
+};
 
 /// How often a child is looked after.
 const POLL: Duration = Duration::from_millis(5);
@@ -26,17 +31,22 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// How long a child gets to end the run it was told to end: longer than it gives its own children.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// A folder of our own for what goes to a child and comes back; it goes with its value.
+/// A folder of our own for what goes to a child and comes back; it goes with its value. The child stands still with us.
 #[derive(Debug)]
-pub(crate) struct Workshop(PathBuf);
+pub(crate) struct Workshop {
+    folder: PathBuf,
+    children: Children,
+}
 
 impl Workshop {
     pub(crate) fn open() -> anyhow::Result<Self> {
+        let children = Children::default();
+        children.stand_still_with_us(drop).context("cannot listen for signals")?;
         let base = env::temp_dir();
         for attempt in 0..100 {
             let path = base.join(format!("lamplight-fuzz-{}-{attempt}", process::id()));
             match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self(path)),
+                Ok(()) => return Ok(Self { folder: path, children }),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => {
                     return Err(error).with_context(|| format!("cannot make the folder {}", path.display()));
@@ -46,7 +56,7 @@ impl Workshop {
         bail!("{} is full of folders named lamplight-fuzz-*; remove them", base.display())
     }
 
-    /// Runs `scenario` to its end as processes under the name `fuzz-...-SEED` and returns its summary; the inner error
+    /// Runs `scenario` to its end as processes under the name `fuzz-SEED-...` and returns its summary; the inner error
     /// says what was wrong with it. Ended early by `stop`, it is such an error as well.
     ///
     /// # Errors
@@ -62,24 +72,26 @@ impl Workshop {
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.folder.join(name)
     }
 
     fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Value> {
-        let name: RunName = format!("fuzz-{}-{seed}", process::id()).parse()?;
+        let name = name::unique(&format!("fuzz-{seed}"));
         let file = |name: &str| self.file(name);
+        let mut group = self.children.lock();
         let child = Command::new(env::current_exe().context("cannot find our own program")?)
-            .arg("run")
+            .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string(), "--"])
             .arg(file("scenario.toml"))
-            .args(["--engine", "processes", "--json", "--quiet", "--name", &name.to_string()])
             .stdin(Stdio::null())
             .stdout(File::create(file("stdout"))?)
             .stderr(File::create(file("stderr"))?)
-            // Ctrl-C reaches it through us alone.
+            // Ctrl-C and Ctrl-Z reach it through us alone.
             .process_group(0)
             .spawn()
             .context("cannot start ourselves as processes")?;
-        let status = ended(child, stop)?;
+        group.head = Some(Pid::from_child(&child));
+        drop(group);
+        let status = self.ended(child, stop)?;
         if !status.success() {
             bail!("as processes: {status}: {}", last_lines(&file("stderr"), 3));
         }
@@ -89,42 +101,50 @@ impl Workshop {
         let summary = fs::read(file("stdout"))?;
         serde_json::from_slice(&summary).context("as processes: the summary is no JSON")
     }
+
+    /// Waits for a child; one that takes too long, or that is no longer wanted, is ended.
+    fn ended(&self, mut child: Child, stop: &StopFlag) -> anyhow::Result<ExitStatus> {
+        let began = Moment::now();
+        let why = loop {
+            if let Some(status) = self.reaped(&mut child)? {
+                return Ok(status);
+            }
+            if stop.is_raised() {
+                break anyhow!("interrupted");
+            }
+            if began.elapsed() > PATIENCE {
+                break anyhow!("as processes: the run had not ended after {PATIENCE:?}");
+            }
+            thread::sleep(POLL);
+        };
+        // Not reaped yet, so the number is its own.
+        tell(Pid::from_child(&child), Signal::TERM);
+        let told = Moment::now();
+        while self.reaped(&mut child)?.is_none() {
+            if told.elapsed() > LEAVE_TIMEOUT {
+                child.kill()?;
+            }
+            thread::sleep(POLL);
+        }
+        Err(why)
+    }
+
+    /// How the child has ended, if it has.
+    fn reaped(&self, child: &mut Child) -> anyhow::Result<Option<ExitStatus>> {
+        let mut group = self.children.lock();
+        let status = child.try_wait()?;
+        if status.is_some() {
+            group.head = None;
+        }
+        Ok(status)
+    }
 }
 
 impl Drop for Workshop {
     fn drop(&mut self) {
         // What cannot be removed is left to the operating system.
-        let _ = fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.folder);
     }
-}
-
-/// Waits for a child; one that takes too long, or that is no longer wanted, is ended.
-fn ended(mut child: Child, stop: &StopFlag) -> anyhow::Result<ExitStatus> {
-    let began = Instant::now();
-    let why = loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok(status);
-        }
-        if stop.is_raised() {
-            break anyhow!("interrupted");
-        }
-        if began.elapsed() > PATIENCE {
-            break anyhow!("as processes: the run had not ended after {PATIENCE:?}");
-        }
-        thread::sleep(POLL);
-    };
-    // Not reaped yet, so the number is its own.
-    let _ = kill_process(Pid::from_child(&child), Signal::TERM);
-    let told = Instant::now();
-    while child.try_wait()?.is_none() {
-        if told.elapsed() > LEAVE_TIMEOUT {
-            child.kill()?;
-            child.wait()?;
-            break;
-        }
-        thread::sleep(POLL);
-    }
-    Err(why)
 }
 
 fn last_lines(path: &Path, count: usize) -> String {

@@ -3,7 +3,12 @@
 use std::{
     collections::HashMap,
     io::{self, ErrorKind},
-    process, thread,
+    process,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -20,6 +25,12 @@ use ratatui::{
 };
 
 use super::{cpu::Cpu, rates::Rates, screen::Screen};
+use signal_hook::{
+    consts::{SIGCONT, SIGSTOP, SIGTSTP},
+    flag,
+    low_level::raise,
+};
+
 use crate::{failure::Failure, say::say};
 
 /// Time between two looks at the run.
@@ -143,11 +154,17 @@ pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
     } else {
         // Gives the terminal back before the message of a panic, too.
         let mut terminal = ratatui::try_init().map_err(Failure::run)?;
+        let job = Job::begin().context("cannot listen for signals").map_err(Failure::Run)?;
         let shown: Result<Asked, Failure> = (|| {
             while asked != Asked::Ended && !stop.is_raised() {
                 draw(&mut terminal, watcher)?;
-                if is_enough(watcher)? {
-                    break;
+                match follow_keys(watcher)? {
+                    Wish::Leave => break,
+                    Wish::Stop => job.ask_to_stop(),
+                    Wish::Stay => {}
+                }
+                if job.has_been_away()? {
+                    terminal = ratatui::try_init().map_err(Failure::run)?;
                 }
                 asked = watcher.ask()?;
             }
@@ -185,22 +202,65 @@ fn draw(terminal: &mut DefaultTerminal, watcher: &Watcher) -> Result<(), Failure
         .map_err(Failure::run)
 }
 
-/// Until the next look: follows keys. Returns whether one says that it is enough.
-fn is_enough(watcher: &mut Watcher) -> Result<bool, Failure> {
+/// The shell's hold on this process: Ctrl-Z and `fg`.
+struct Job {
+    to_stop: Arc<AtomicBool>,
+    continued: Arc<AtomicBool>,
+}
+
+impl Job {
+    fn begin() -> io::Result<Self> {
+        let job = Self { to_stop: Arc::default(), continued: Arc::default() };
+        flag::register(SIGTSTP, Arc::clone(&job.to_stop))?;
+        flag::register(SIGCONT, Arc::clone(&job.continued))?;
+        Ok(job)
+    }
+
+    fn ask_to_stop(&self) {
+        self.to_stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Stops this process if it is asked to, and gives the terminal back for that time. Returns whether it has been
+    /// stopped, by whomever: then the shell has had the terminal, which must be taken anew.
+    fn has_been_away(&self) -> Result<bool, Failure> {
+        if self.to_stop.swap(false, Ordering::Relaxed) {
+            ratatui::restore();
+            raise(SIGSTOP).map_err(Failure::run)?;
+            self.continued.store(true, Ordering::Relaxed);
+        }
+        Ok(self.continued.swap(false, Ordering::Relaxed))
+    }
+}
+
+/// What keys ask for.
+enum Wish {
+    /// Nothing, or something else to be seen.
+    Stay,
+    /// That is enough.
+    Leave,
+    /// Ctrl-Z, which is a key while the terminal is ours.
+    Stop,
+}
+
+/// Until the next look: follows keys.
+fn follow_keys(watcher: &mut Watcher) -> Result<Wish, Failure> {
     let due = Instant::now() + EVERY;
     loop {
         let left = due.saturating_duration_since(Instant::now());
         let event = match event::poll(left).and_then(|comes| comes.then(event::read).transpose()) {
             Ok(Some(event)) => event,
-            Ok(None) => return Ok(false),
+            Ok(None) => return Ok(Wish::Stay),
             // A signal.
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(false),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(Wish::Stay),
             Err(error) => return Err(Failure::run(error)),
         };
         match event {
             Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. }) => match code {
-                KeyCode::Char('q') | KeyCode::Esc => return Ok(true),
-                KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => return Ok(true),
+                KeyCode::Char('q') | KeyCode::Esc => return Ok(Wish::Leave),
+                KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => {
+                    return Ok(Wish::Leave);
+                }
+                KeyCode::Char('z') if modifiers.contains(KeyModifiers::CONTROL) => return Ok(Wish::Stop),
                 KeyCode::Char('s') => watcher.screen.sort_next(),
                 KeyCode::Down | KeyCode::Char('j') => watcher.screen.scroll(1),
                 KeyCode::Up | KeyCode::Char('k') => watcher.screen.scroll(-1),
@@ -213,6 +273,6 @@ fn is_enough(watcher: &mut Watcher) -> Result<bool, Failure> {
             _ => continue,
         }
         // What has changed is to be seen at once.
-        return Ok(false);
+        return Ok(Wish::Stay);
     }
 }
