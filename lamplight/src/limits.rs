@@ -3,11 +3,12 @@
 use std::{fmt, fs, io, str::FromStr};
 
 use anyhow::bail;
+use arena_daemon::live::CLIENTS_MAX;
 use protocol::{run_dir::free_shared_memory, setup::Plane};
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
-/// Descriptors beside those: standard streams, the node, the lock.
-const DESCRIPTORS_SPARE: u64 = 64;
+/// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run goes.
+const DESCRIPTORS_SPARE: u64 = 64 + 2 * CLIENTS_MAX as u64;
 /// Memory maps the arena holds per robot: measured with `wc -l < /proc/PID/maps`, see docs/performance.md.
 const MAPS_PER_ROBOT: u64 = 6;
 /// Maps beside those: programs, libraries, heap, stacks.
