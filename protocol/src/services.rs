@@ -167,6 +167,15 @@ impl ArenaPorts {
         }
     }
 
+    /// Whether a process that has opened the services has died without closing them.
+    pub fn has_dead_agent(&self) -> bool {
+        let dead = match &self.0 {
+            ArenaEnds::Blackboard(ports) => ports.dead_nodes(),
+            ArenaEnds::PublishSubscribe(ports) => ports.dead_nodes(),
+        };
+        !dead.is_empty()
+    }
+
     /// Identifiers that the names of files carry which a killed agent has left; none if there was
     /// no agent, if it has left in order, or if it lives.
     fn marks(&self) -> BTreeSet<String> {

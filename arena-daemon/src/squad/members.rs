@@ -47,6 +47,8 @@ const JOIN_POLL: Duration = Duration::from_millis(5);
 /// How long the arena keeps what a life has left for the news that its process has died. Without
 /// the news, a few small files stay until the run ends.
 const DYING: Duration = Duration::from_secs(10);
+/// How often the arena looks whether an agent that was started by hand has died as it joined.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
 
@@ -129,6 +131,8 @@ pub(super) struct Members {
     on_hang: OnHang,
     join_timeout: Duration,
     pub(super) members: Vec<Member>,
+    /// When it was last looked whether somebody by hand has died as they joined.
+    looked: Instant,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
     incidents: Vec<Incident>,
@@ -164,6 +168,7 @@ impl Members {
             on_hang: scenario.processes.on_hang,
             join_timeout: scenario.processes.join_timeout(),
             members,
+            looked: Instant::now(),
             remains: Vec::new(),
             incidents: Vec::new(),
         })
@@ -274,6 +279,7 @@ impl Members {
         let lost: Vec<Lost> = self.hosting.link.lost().collect();
         lost.iter().try_for_each(|lost| self.mourn(lost, tick))?;
         self.bury_remains(&lost);
+        self.mourn_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let Presence::Expected { since } = self.members[index].presence else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
@@ -311,6 +317,24 @@ impl Members {
             }
         };
         self.miss(index, tick, what)
+    }
+
+    /// Deals with agents that were started by hand and have died between joining and their first word: nobody's
+    /// children, of whose process the arena does not know yet.
+    fn mourn_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
+        if self.looked.elapsed() < LOOK_EVERY {
+            return Ok(());
+        }
+        self.looked = Instant::now();
+        for index in 0..self.members.len() {
+            let Member { id, ports, .. } = &self.members[index];
+            let is_awaited = self.is_by_hand(index) && self.members[index].is_expected();
+            if is_awaited && ports.as_ref().is_some_and(ArenaPorts::has_dead_agent) {
+                let what = format!("the agent of {id} died as it joined");
+                self.miss(index, tick, what)?;
+            }
+        }
+        Ok(())
     }
 
     /// Sends a percept to every agent that takes part, and writes their indices over `present`.

@@ -197,9 +197,13 @@ impl ArenaPorts {
         self.command.get_new().copied()
     }
 
+    pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
+        dead_nodes(&self.services.bin)
+    }
+
     pub(super) fn marks(&self) -> BTreeSet<String> {
         let Services { bin, up } = &self.services;
-        let mut marks = dead_nodes(bin);
+        let mut marks = self.dead_nodes();
         if !marks.is_empty() {
             let mut mark = |value: u128| {
                 marks.insert(value.to_string());

@@ -97,9 +97,13 @@ impl ArenaPorts {
         Ok(sample.map(|sample| *sample.payload()))
     }
 
+    pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
+        dead_nodes(&self.services.inbox)
+    }
+
     pub(super) fn marks(&self) -> BTreeSet<String> {
         let Services { inbox, uplink } = &self.services;
-        let mut marks = dead_nodes(inbox);
+        let mut marks = self.dead_nodes();
         if !marks.is_empty() {
             let mut mark = |value: u128| {
                 marks.insert(value.to_string());
