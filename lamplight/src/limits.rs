@@ -2,9 +2,12 @@
 
 use std::{fmt, fs, io, str::FromStr};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use arena_daemon::live::CLIENTS_MAX;
-use protocol::{run_dir::free_shared_memory, setup::Plane};
+use protocol::{
+    setup::Plane,
+    shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory},
+};
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
 /// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run goes.
@@ -17,8 +20,15 @@ const MAPS_SPARE: u64 = 256;
 const PROCESSES_SPARE: u64 = 16;
 /// Shared memory per robot, bytes, once every buffer has been used; see docs/performance.md.
 const SHARED_MEMORY_PER_ROBOT: u64 = 120 * 1024;
+/// Files in shared memory per robot: measured with `find`, see docs/performance.md.
+const FILES_PER_ROBOT: u64 = 21;
+/// Files beside those: the run's own.
+const FILES_SPARE: u64 = 16;
 /// Memory of an agent, bytes: its PSS, rounded up; see docs/performance.md.
 const MEMORY_PER_ROBOT: u64 = 640 * 1024;
+
+/// The way out of every limit.
+const WITHOUT: &str = "hint: or run with `--engine in-process`, which needs none of this";
 
 /// Descriptors the arena holds per robot: measured with `ls /proc/PID/fd`, see docs/performance.md.
 fn descriptors_per_robot(plane: Plane) -> u64 {
@@ -67,8 +77,7 @@ pub(crate) fn prepare(robots: u32, plane: Plane) -> anyhow::Result<()> {
     let Some(most) = met.iter().map(Limit::most).min() else { return Ok(()) };
     let reasons: Vec<String> = met.iter().map(|limit| limit.told(robots)).collect();
     bail!(
-        "{robots} robots as processes are too many here, {most} are possible\n{}\n\
-         hint: or run with `--engine in-process`, which needs none of this",
+        "{robots} robots as processes are too many here, {most} are possible\n{}\n{WITHOUT}",
         reasons.join("\n")
     );
 }
@@ -90,7 +99,8 @@ fn raise_open_files(robots: u32, plane: Plane) -> io::Result<()> {
 }
 
 /// Every limit on the size of a swarm that this machine tells of.
-fn limits(plane: Plane) -> io::Result<Vec<Limit>> {
+fn limits(plane: Plane) -> anyhow::Result<Vec<Limit>> {
+    let shared_memory = SharedMemory::look().map_err(|error| anyhow!("{error}\n{WITHOUT}"))?;
     let processes = |available: u64, source, remedy| Limit {
         what: "processes",
         per_robot: 1,
@@ -155,13 +165,19 @@ fn limits(plane: Plane) -> io::Result<Vec<Limit>> {
             what: "shared memory",
             per_robot: SHARED_MEMORY_PER_ROBOT,
             spare: 0,
-            available: free_shared_memory()?,
+            available: shared_memory.bytes,
             source: "what is left in /dev/shm",
             unit: Unit::Bytes,
-            remedy: Remedy::Do(
-                "`lamplight clean` removes what crashed runs left; or enlarge it: \
-                 sudo mount -o remount,size=90% /dev/shm",
-            ),
+            remedy: Remedy::Do(MORE_BYTES),
+        }),
+        shared_memory.files.map(|available| Limit {
+            what: "files in shared memory",
+            per_robot: FILES_PER_ROBOT,
+            spare: FILES_SPARE,
+            available,
+            source: "the number of inodes left in /dev/shm",
+            unit: Unit::Count,
+            remedy: Remedy::Do(MORE_FILES),
         }),
     ];
     Ok(all.into_iter().flatten().collect())

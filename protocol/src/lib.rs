@@ -39,3 +39,5 @@ pub mod raw;
 pub mod run_dir;
 #[cfg(feature = "ipc")]
 pub mod services;
+#[cfg(feature = "ipc")]
+pub mod shared_memory;

@@ -126,14 +126,14 @@ impl AgentPorts {
             inbox: inbox.open().map_err(|error| not_opened(robot, &error))?,
             uplink: uplink.open().map_err(|error| not_opened(robot, &error))?,
         };
-        let taken = |_| ServiceError::Taken(robot);
-        let inbox = services.inbox.subscriber_builder().create().map_err(taken)?;
+        let inbox =
+            services.inbox.subscriber_builder().create().map_err(|error| not_opened(robot, &error))?;
         let uplink = services
             .uplink
             .publisher_builder()
             .max_loaned_samples(1)
             .create()
-            .map_err(|_| ServiceError::Taken(robot))?;
+            .map_err(|error| not_opened(robot, &error))?;
         Ok(Self { inbox, uplink })
     }
 
