@@ -20,7 +20,7 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use arena_daemon::{
     options::RunOptions,
-    process::{Process, State},
+    process::Process,
     progress::Meter,
     stop::{ONE_WISH, STOP_SIGNALS},
 };
@@ -301,8 +301,8 @@ impl<'a> Supervisor<'a> {
             stopping.since = Instant::now();
             stopping.at_once = true;
             let pid = self.arena.as_raw_pid();
-            let state =
-                u32::try_from(pid).ok().and_then(Process::find).map_or(State::Dead, |arena| arena.state());
+            let state = u32::try_from(pid).ok().and_then(Process::find);
+            let state = state.map_or("unknown".into(), |arena| arena.state().to_string());
             tracing::warn!(
                 "the arena (pid {pid}) has not ended for {STOP_TIMEOUT:?}; state: {state}; it is killed"
             );

@@ -34,6 +34,8 @@ pub mod frame_cache;
 #[cfg(feature = "ipc")]
 pub mod mapping;
 #[cfg(feature = "ipc")]
+pub mod pid_namespace;
+#[cfg(feature = "ipc")]
 pub mod raw;
 #[cfg(feature = "ipc")]
 pub mod run_dir;

@@ -21,11 +21,13 @@ use protocol::{
     doorbell::Doorbell,
     frame_cache::Frames,
     percept::{Percept, Tick},
+    pid_namespace,
     raw::{BOOT_TICK, CommandError},
     robot_id::RobotId,
     run_dir::RunDir,
     services::{ArenaPorts, Medium, bury},
-    setup::{Mode, Plane},
+    setup::{AgentSetup, Mode, Plane},
+    shared_memory::explained,
 };
 
 use super::{Answers, Incident, SquadError, Standing};
@@ -141,7 +143,8 @@ pub(super) struct Members {
 impl Members {
     /// Lays out the run's folder and the services of every robot.
     pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: Hosting) -> Result<Self, SquadError> {
-        let failed = |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {error}"));
+        let failed =
+            |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {}", explained(error)));
         let run = &hosting.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         tell_setup(run, scenario, mode)?;
@@ -423,7 +426,7 @@ impl Members {
     /// Deals with agent `index`, which has not answered for too long.
     pub(super) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
         let member = &self.members[index];
-        let state = member.process.map_or(State::Dead, |process| process.state());
+        let state = member.process.map_or("unknown".into(), |process| process.state().to_string());
         let (named, patience) = (member.named(), self.hang_timeout);
         self.miss(
             index,
@@ -579,8 +582,9 @@ impl Members {
 
 /// Writes what every agent of the run is told.
 fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
-    fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
-        .map_err(|error| SquadError(format!("cannot make the agents' setup: {error}")))
+    let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
+    fs::write(run.setup_path(), codec::encode(&setup))
+        .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
 }
 
 impl Presence {
