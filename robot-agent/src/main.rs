@@ -60,7 +60,7 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     logbook::begin(Settings {
-        format: logbook::Format::from_env(),
+        format: logbook::Format::from_env().unwrap_or_default(),
         level: LevelFilter::WARN,
         robot: Some(RobotId { index: cli.robot, incarnation: cli.incarnation }),
         color: io::stderr().is_terminal(),
