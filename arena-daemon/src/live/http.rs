@@ -1,7 +1,7 @@
 //! Metrics over HTTP, for Prometheus and for `curl`: `GET /metrics`.
 //!
 //! One route and one kind of client: a request, which `httparse` reads, an answer, the end of the connection. HTTP
-//! servers that are kept up want an asynchronous runtime, which nothing else here needs; so [`server`] serves the
+//! servers that are kept up want an asynchronous runtime, which nothing else here needs; so `server.rs` serves the
 //! connections, and the run's loop never waits.
 
 use std::{
