@@ -7,6 +7,7 @@
 
 pub mod http;
 pub mod prometheus;
+mod server;
 mod snapshot;
 pub mod socket;
 mod teller;
@@ -19,7 +20,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-pub use snapshot::{About, Agents, Awaited, NAMED_MAX, Phase, Robot, Snapshot, Standing, Waited, Waiting};
+pub use server::CLIENTS_MAX;
+pub use snapshot::{
+    About, Agents, Awaited, Dropped, NAMED_MAX, Phase, Robot, Snapshot, Standing, Waited, Waiting,
+};
 pub use teller::{Survey, Teller};
 
 /// Time between two snapshots.

@@ -178,9 +178,9 @@ impl RunOptions {
         }
     }
 
-    /// How log lines are written.
+    /// How log lines are written. A word of the environment that is no format is warned of when logging begins.
     pub fn log_format(&self) -> Format {
-        self.log.unwrap_or_else(Format::from_env)
+        self.log.unwrap_or_else(|| Format::from_env().unwrap_or_default())
     }
 
     /// Arguments by which another program does the same to `scenario`, which is resolved already.

@@ -204,7 +204,8 @@ impl Scenario {
             jitter: Seconds::new(self.processes.timer_jitter_s.get()).expect("it is a finite number"),
             seed: self.seed.get(),
         };
-        AgentSetup { mode, plane: self.plane(mode), cycle, clock, controller: self.controller_setup() }
+        let (plane, controller) = (self.plane(mode), self.controller_setup());
+        AgentSetup { mode, plane, cycle, clock, controller, pid_namespace: None }
     }
 
     /// What carries messages between the arena and agents that keep time like this.

@@ -2,12 +2,16 @@
 
 use std::{fmt, fs, io, str::FromStr};
 
-use anyhow::bail;
-use protocol::{run_dir::free_shared_memory, setup::Plane};
+use anyhow::{anyhow, bail};
+use arena_daemon::live::CLIENTS_MAX;
+use protocol::{
+    setup::Plane,
+    shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory},
+};
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
-/// Descriptors beside those: standard streams, the node, the lock.
-const DESCRIPTORS_SPARE: u64 = 64;
+/// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run goes.
+const DESCRIPTORS_SPARE: u64 = 64 + 2 * CLIENTS_MAX as u64;
 /// Memory maps the arena holds per robot: measured with `wc -l < /proc/PID/maps`, see docs/performance.md.
 const MAPS_PER_ROBOT: u64 = 6;
 /// Maps beside those: programs, libraries, heap, stacks.
@@ -18,8 +22,15 @@ const PROCESSES_SPARE: u64 = 16;
 const SHARED_MEMORY_PER_ROBOT: u64 = 120 * 1024;
 /// Largest file in shared memory, bytes: 66 kB in real time, 28 kB in lock-step, rounded up.
 const SHARED_FILE_MAX: u64 = 128 * 1024;
+/// Files in shared memory per robot: measured with `find`, see docs/performance.md.
+const FILES_PER_ROBOT: u64 = 21;
+/// Files beside those: the run's own.
+const FILES_SPARE: u64 = 16;
 /// Memory of an agent, bytes: its PSS, rounded up; see docs/performance.md.
 const MEMORY_PER_ROBOT: u64 = 640 * 1024;
+
+/// The way out of every limit.
+const WITHOUT: &str = "hint: or run with `--engine in-process`, which needs none of this";
 
 /// Descriptors the arena holds per robot: measured with `ls /proc/PID/fd`, see docs/performance.md.
 fn descriptors_per_robot(plane: Plane) -> u64 {
@@ -75,8 +86,7 @@ pub(crate) fn prepare(robots: u32, plane: Plane) -> anyhow::Result<()> {
     let Some(most) = met.iter().map(Limit::most).min() else { return Ok(()) };
     let reasons: Vec<String> = met.iter().map(|limit| limit.told(robots)).collect();
     bail!(
-        "{robots} robots as processes are too many here, {most} are possible\n{}\n\
-         hint: or run with `--engine in-process`, which needs none of this",
+        "{robots} robots as processes are too many here, {most} are possible\n{}\n{WITHOUT}",
         reasons.join("\n")
     );
 }
@@ -98,7 +108,8 @@ fn raise_open_files(robots: u32, plane: Plane) -> io::Result<()> {
 }
 
 /// Every limit on the size of a swarm that this machine tells of.
-fn limits(plane: Plane) -> io::Result<Vec<Limit>> {
+fn limits(plane: Plane) -> anyhow::Result<Vec<Limit>> {
+    let shared_memory = SharedMemory::look().map_err(|error| anyhow!("{error}\n{WITHOUT}"))?;
     let processes = |available: u64, source, remedy| Limit {
         what: "processes",
         per_robot: 1,
@@ -163,13 +174,19 @@ fn limits(plane: Plane) -> io::Result<Vec<Limit>> {
             what: "shared memory",
             per_robot: SHARED_MEMORY_PER_ROBOT,
             spare: 0,
-            available: free_shared_memory()?,
+            available: shared_memory.bytes,
             source: "what is left in /dev/shm",
             unit: Unit::Bytes,
-            remedy: Remedy::Do(
-                "`lamplight clean` removes what crashed runs left; or enlarge it: \
-                 sudo mount -o remount,size=90% /dev/shm",
-            ),
+            remedy: Remedy::Do(MORE_BYTES),
+        }),
+        shared_memory.files.map(|available| Limit {
+            what: "files in shared memory",
+            per_robot: FILES_PER_ROBOT,
+            spare: FILES_SPARE,
+            available,
+            source: "the number of inodes left in /dev/shm",
+            unit: Unit::Count,
+            remedy: Remedy::Do(MORE_FILES),
         }),
     ];
     Ok(all.into_iter().flatten().collect())

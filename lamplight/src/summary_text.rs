@@ -106,17 +106,22 @@ fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
         let (jitter, missed) = (both(&agents["period_jitter_us"]), &agents["missed_deadlines"]);
         writeln!(text, "agents: period jitter {jitter}; {missed} deadlines missed")?;
     }
-    let processes = &agents["processes"];
     writeln!(
         text,
-        "agents: CPU {:.0} ms; switches {} voluntary, {} involuntary; PSS {:.1} MB; clock {}; hardware counters: {}",
-        number(processes, "cpu_ms"),
-        processes["switches_voluntary"],
-        processes["switches_involuntary"],
-        number(processes, "pss_kb") / 1e3,
+        "agents: {}; clock {}; hardware counters: {}",
+        usage(&agents["processes"]),
         agents["clock"]["source"].as_str().unwrap_or_default(),
         agents["hardware_counters"].as_str().unwrap_or_default(),
     )
+}
+
+/// What their processes used, as far as `/proc` shows them: not if they live in another namespace of processes.
+fn usage(processes: &Value) -> String {
+    let Some(cpu_ms) = processes["cpu_ms"].as_f64() else { return "CPU and memory cannot be read".into() };
+    let (voluntary, involuntary) = (&processes["switches_voluntary"], &processes["switches_involuntary"]);
+    let pss =
+        processes["pss_kb"].as_f64().map_or("cannot be read".into(), |kb| format!("{:.1} MB", kb / 1e3));
+    format!("CPU {cpu_ms:.0} ms; switches {voluntary} voluntary, {involuntary} involuntary; PSS {pss}")
 }
 
 /// Share of packets that got through the crowd, beside the closed form.
@@ -174,4 +179,23 @@ fn known(value: &Value, show: impl FnOnce(f64) -> String) -> String {
 
 fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn what_processes_used_is_told_as_far_as_it_can_be_read() {
+        let mut processes = json!({
+            "cpu_ms": 575.4, "switches_voluntary": 60, "switches_involuntary": 3, "pss_kb": 14_800
+        });
+        assert_eq!(usage(&processes), "CPU 575 ms; switches 60 voluntary, 3 involuntary; PSS 14.8 MB");
+        processes["pss_kb"] = Value::Null;
+        assert!(usage(&processes).ends_with("; PSS cannot be read"));
+        processes["cpu_ms"] = Value::Null;
+        assert_eq!(usage(&processes), "CPU and memory cannot be read");
+    }
 }

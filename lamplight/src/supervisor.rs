@@ -21,7 +21,7 @@ use anyhow::{Context, anyhow, bail};
 use arena::scenario::RobotSet;
 use arena_daemon::{
     options::RunOptions,
-    process::{Process, State},
+    process::Process,
     progress::Meter,
     standstill::Moment,
     stop::{ONE_WISH, STOP_SIGNALS},
@@ -327,8 +327,8 @@ impl<'a> Supervisor<'a> {
             stopping.since = Moment::now();
             stopping.at_once = true;
             let pid = self.arena.as_raw_pid();
-            let state =
-                u32::try_from(pid).ok().and_then(Process::find).map_or(State::Dead, |arena| arena.state());
+            let state = u32::try_from(pid).ok().and_then(Process::find);
+            let state = state.map_or("unknown".into(), |arena| arena.state().to_string());
             tracing::warn!(
                 "the arena (pid {pid}) has not ended for {STOP_TIMEOUT:?}; state: {state}; it is killed"
             );

@@ -17,8 +17,9 @@ impl Filter {
     pub(crate) fn parse(text: &str, level: LevelFilter) -> (Self, Vec<String>) {
         let (mut rest, mut targets, mut unknown) = (None, Vec::new(), Vec::new());
         for directive in text.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
-            // Brackets are about spans, which nobody opens.
-            let plain = |target: &str| !target.is_empty() && !target.contains(['[', ']', '{', '}', '=']);
+            // Brackets are about spans, which nobody opens; the last one stands for what is no Unicode.
+            let unclear = ['[', ']', '{', '}', '=', char::REPLACEMENT_CHARACTER];
+            let plain = |target: &str| !target.is_empty() && !target.contains(unclear);
             match directive.split_once('=') {
                 None => match directive.parse() {
                     Ok(level) => rest = Some(level),
@@ -88,8 +89,9 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_told_and_the_rest_counts() {
-        let (filter, unknown) = Filter::parse("a=loud,debug,[span]=info,=info,b=", LevelFilter::WARN);
-        assert_eq!(unknown, ["a=loud", "[span]=info", "=info", "b="]);
+        let (filter, unknown) =
+            Filter::parse("a=loud,debug,[span]=info,=info,b=,\u{FFFD}", LevelFilter::WARN);
+        assert_eq!(unknown, ["a=loud", "[span]=info", "=info", "b=", "\u{FFFD}"]);
         assert_eq!(filter.level("a"), LevelFilter::DEBUG);
     }
 

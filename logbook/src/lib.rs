@@ -62,9 +62,12 @@ impl Format {
     /// All there are, as the command line spells them.
     pub const NAMES: [&'static str; 2] = ["text", "json"];
 
-    /// What [`FORMAT_VARIABLE`] says; text if it says nothing, or nothing known.
-    pub fn from_env() -> Self {
-        env::var(FORMAT_VARIABLE).ok().and_then(|name| name.parse().ok()).unwrap_or_default()
+    /// What [`FORMAT_VARIABLE`] says; text if it says nothing.
+    ///
+    /// # Errors
+    /// If it says something else.
+    pub fn from_env() -> Result<Self, UnknownFormat> {
+        said(FORMAT_VARIABLE).map_or(Ok(Self::default()), |name| name.parse())
     }
 }
 
@@ -117,23 +120,39 @@ pub struct Settings {
     pub color: bool,
     /// Where lines go.
     pub sink: Sink,
-    /// Warns of what in `RUST_LOG` is not understood. One process of a run does.
+    /// Warns of what in `RUST_LOG` and [`FORMAT_VARIABLE`] is not understood. One process of a run does.
     pub complains: bool,
 }
 
 /// Begins to log. A second call, as in tests, changes nothing.
 pub fn begin(settings: Settings) {
-    let text = env::var("RUST_LOG").unwrap_or_default();
+    let text = said("RUST_LOG").unwrap_or_default();
     let (filter, unknown) = Filter::parse(&text, settings.level);
     let book = Book::new(settings, filter);
     if SETTINGS.set(settings).is_err() || tracing::subscriber::set_global_default(book).is_err() {
         return;
     }
-    if settings.complains {
-        for directive in unknown {
-            tracing::warn!("RUST_LOG: `{directive}` is not understood; there are LEVEL and TARGET=LEVEL");
-        }
+    if !settings.complains {
+        return;
     }
+    for directive in unknown {
+        complain(&format!("RUST_LOG: `{directive}` is not understood; there are LEVEL and TARGET=LEVEL"));
+    }
+    if let Err(unknown) = Format::from_env() {
+        complain(&format!("{FORMAT_VARIABLE}: {unknown}"));
+    }
+}
+
+/// What a variable of the environment says; what is no Unicode in it is replaced, so that it is seen.
+fn said(variable: &str) -> Option<String> {
+    env::var_os(variable).map(|text| text.to_string_lossy().into_owned())
+}
+
+/// Warns, whatever the filter: it is what may be wrong.
+fn complain(message: &str) {
+    let sink = SETTINGS.get().map_or(to_stderr as Sink, |settings| settings.sink);
+    // If nobody takes it, there is nobody to tell.
+    let _ = sink(line(Level::WARN, module_path!(), &message).bytes());
 }
 
 /// From here on lines name this run. The first name stays.

@@ -7,10 +7,7 @@
 
 use std::{fs, ops::Range};
 
-use rustix::{
-    mm::{Advice, madvise},
-    param::page_size,
-};
+use rustix::mm::{Advice, madvise};
 
 /// Kept below the stack's present end: more than [`trim`] itself needs.
 const KEPT_BELOW: usize = 8 * 1024;
@@ -34,8 +31,9 @@ pub fn trim() {
 /// Gives back the pages of `stack` below this frame.
 #[inline(never)]
 fn trim_stack(stack: &Range<usize>) {
+    let Some(page_size) = page_size() else { return };
     let here = core::ptr::from_ref(&stack).addr();
-    let end = here.saturating_sub(KEPT_BELOW) & !(page_size() - 1);
+    let end = here.saturating_sub(KEPT_BELOW) & !(page_size - 1);
     if !stack.contains(&here) || end <= stack.start {
         return;
     }
@@ -44,6 +42,13 @@ fn trim_stack(stack: &Range<usize>) {
     // this one but those of the call itself, which are far smaller. What later frames find there are zeros
     // instead of what dead ones left; both are uninitialized memory to them.
     let _ = unsafe { madvise(start, end - stack.start, Advice::LinuxDontNeed) };
+}
+
+/// Bytes of a page, as the C library tells.
+fn page_size() -> Option<usize> {
+    // SAFETY: it has no preconditions.
+    let bytes = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
+    usize::try_from(bytes).ok().filter(|bytes| bytes.is_power_of_two())
 }
 
 /// Where /proc/PID/maps says the main thread's stack is.

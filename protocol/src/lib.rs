@@ -36,8 +36,12 @@ pub mod mapping;
 #[cfg(feature = "ipc")]
 pub mod owner;
 #[cfg(feature = "ipc")]
+pub mod pid_namespace;
+#[cfg(feature = "ipc")]
 pub mod raw;
 #[cfg(feature = "ipc")]
 pub mod run_dir;
 #[cfg(feature = "ipc")]
 pub mod services;
+#[cfg(feature = "ipc")]
+pub mod shared_memory;

@@ -176,7 +176,7 @@ pub struct RawCommand {
     pub velocity_y_m_per_s: f64,
     /// The next packet.
     pub frame: RawFrame,
-    /// The agent's process, for messages about it.
+    /// The agent's process, for messages about it; 0 if it has no number where the arena is.
     pub pid: u32,
     /// 1 if there is an estimated error, 0 if not.
     pub has_error: u32,

@@ -35,10 +35,13 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use crate::{codec, owner::Owner, robot_id::RobotId};
+use crate::{
+    codec,
+    owner::Owner,
+    robot_id::RobotId,
+    shared_memory::{PATH as SHARED_MEMORY, SharedMemory, SharedMemoryError},
+};
 
-/// POSIX shared memory lives here on Linux; a tmpfs.
-const SHARED_MEMORY: &str = "/dev/shm";
 const PREFIX: &str = "lamplight-";
 /// Longest name of a run: iceoryx2 adds some 60 characters, a file name ends at 255.
 pub const NAME_MAX: usize = 64;
@@ -101,6 +104,9 @@ pub enum RunDirError {
          `fuser -v {SHARED_MEMORY}` names it"
     )]
     Locked,
+    /// There is no shared memory to make it in.
+    #[error(transparent)]
+    SharedMemory(#[from] SharedMemoryError),
     /// The file system said no.
     #[error("{path}: {error}", path = path.display())]
     Io {
@@ -164,6 +170,7 @@ impl RunDir {
     /// Makes the folder and owns it. What a dead run of the same name left is removed.
     pub fn create(name: RunName) -> Result<(Self, RunLock), RunDirError> {
         let dir = Self::of(name);
+        SharedMemory::look()?;
         exclusively(|| {
             if dir.is_in_use()? {
                 return Err(RunDirError::Alive(dir.name.clone()));
@@ -195,10 +202,10 @@ impl RunDir {
     }
 
     /// Every run that has left a trace in shared memory, alive or dead, sorted by name.
-    pub fn list() -> io::Result<Vec<Self>> {
-        let mut found = Vec::new();
-        for entry in fs::read_dir(SHARED_MEMORY)? {
-            let file_name = entry?.file_name();
+    pub fn list() -> Result<Vec<Self>, RunDirError> {
+        let (mut found, shared_memory) = (Vec::new(), Path::new(SHARED_MEMORY));
+        for entry in fs::read_dir(shared_memory).map_err(failed(shared_memory))? {
+            let file_name = entry.map_err(failed(shared_memory))?.file_name();
             let name = file_name.to_str().and_then(|name| name.strip_prefix(PREFIX));
             let name = name.map(|name| name.split_once('.').map_or(name, |(name, _)| name));
             found.extend(name.and_then(|name| name.parse().ok()).map(Self::of));
@@ -396,12 +403,6 @@ fn is_held(file: &File) -> bool {
 
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
     move |error| RunDirError::Io { path: path.to_path_buf(), error }
-}
-
-/// Bytes left in shared memory.
-pub fn free_shared_memory() -> io::Result<u64> {
-    let stat = rustix::fs::statvfs(SHARED_MEMORY)?;
-    Ok(stat.f_bavail * stat.f_frsize)
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ use crate::{
     robot_id::RobotId,
     run_dir::RunDir,
     setup::Plane,
+    shared_memory::explained,
 };
 
 /// The arena, the agent, and one more that tries to take the robot over and is told no.
@@ -64,16 +65,17 @@ pub enum ServiceError {
 
 fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn fmt::Debug) -> ServiceError {
     let doing = doing.into();
-    move |reason| ServiceError::Transport { doing, reason: format!("{reason:?}") }
+    // iceoryx2 tells of a full file system as of corruption.
+    move |reason| ServiceError::Transport { doing, reason: explained(format_args!("{reason:?}")) }
 }
 
-/// Why a service of `robot` could not be opened, by the name of iceoryx2's error.
+/// Why a service of `robot`, or a port of one, could not be opened, by the name of iceoryx2's error.
 fn not_opened(robot: RobotId, reason: &dyn fmt::Debug) -> ServiceError {
-    let reason = format!("{reason:?}");
-    match reason.as_str() {
+    match format!("{reason:?}").as_str() {
         "DoesNotExist" => ServiceError::Unknown(robot),
-        "ExceedsMaxNumberOfNodes" => ServiceError::Taken(robot),
-        _ => ServiceError::Transport { doing: format!("open the services of {robot}"), reason },
+        // Too many nodes, or readers, writers, subscribers, publishers.
+        name if name.starts_with("ExceedsMax") => ServiceError::Taken(robot),
+        _ => failed(format!("open the services of {robot}"))(reason),
     }
 }
 
@@ -165,6 +167,15 @@ impl ArenaPorts {
             ArenaEnds::Blackboard(ports) => Ok(ports.receive()),
             ArenaEnds::PublishSubscribe(ports) => ports.receive(),
         }
+    }
+
+    /// Whether a process that has opened the services has died without closing them.
+    pub fn has_dead_agent(&self) -> bool {
+        let dead = match &self.0 {
+            ArenaEnds::Blackboard(ports) => ports.dead_nodes(),
+            ArenaEnds::PublishSubscribe(ports) => ports.dead_nodes(),
+        };
+        !dead.is_empty()
     }
 
     /// Identifiers that the names of files carry which a killed agent has left; none if there was

@@ -113,4 +113,6 @@ pub struct AgentSetup {
     pub clock: ClockSetup,
     /// Parameters of the mind.
     pub controller: ControllerSetup,
+    /// The arena's namespace of process numbers, if it is known ([`pid_namespace`](crate::pid_namespace)).
+    pub pid_namespace: Option<u64>,
 }

@@ -7,11 +7,12 @@ use coverage::Controller;
 use protocol::{
     codec,
     percept::Percept,
+    pid_namespace::our_pid_in,
     raw::{BOOT_TICK, RawCommand},
     robot_id::RobotId,
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
-    setup::{AgentSetup, ControllerSetup},
+    setup::AgentSetup,
 };
 
 use crate::stopwatch::Stopwatch;
@@ -34,14 +35,15 @@ pub(crate) struct Agent {
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
     waits: bool,
+    /// The number of this process where the arena is; 0 if it has none there.
     pid: u32,
 }
 
 impl Agent {
-    pub(crate) fn new(id: RobotId, setup: ControllerSetup, ports: AgentPorts) -> Self {
-        let controller = Box::new(Controller::new(id, setup));
+    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts) -> Self {
+        let controller = Box::new(Controller::new(id, setup.controller));
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
-        Self { id, stopwatch, controller, ports, percept, waits: false, pid: std::process::id() }
+        Self { id, stopwatch, controller, ports, percept, waits: false, pid: our_pid_in(setup.pid_namespace) }
     }
 
     /// Says that this robot is there.

@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         Err(error) => return refuse(&error),
     };
     logbook::begin(Settings {
-        format: logbook::Format::from_env(),
+        format: logbook::Format::from_env().unwrap_or_default(),
         level: LevelFilter::WARN,
         robot: Some(RobotId { index: cli.robot, incarnation: cli.incarnation }),
         color: io::stderr().is_terminal(),
@@ -154,7 +154,7 @@ fn take_seat(cli: &Cli) -> anyhow::Result<Box<Seat>> {
     let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Medium::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
-    let agent = Agent::new(id, setup.controller, ports);
+    let agent = Agent::new(id, &setup, ports);
     Ok(Box::new(Seat { setup, run, arena, bell, agent }))
 }
 

@@ -107,7 +107,19 @@ impl LiveRun {
     }
 
     fn agent_of_life(&self, robot: u32, incarnation: u16) -> Child {
-        Command::new(program("robot-agent"))
+        self.start_agent(&mut Command::new(program("robot-agent")), robot, incarnation)
+    }
+
+    /// Starts one of this run's agents by hand, by a `tool` whose last argument so far is the agent's program.
+    ///
+    /// # Panics
+    /// If it does not start.
+    pub fn agent_under(&self, tool: &mut Command, robot: u32) -> Child {
+        self.start_agent(tool, robot, 0)
+    }
+
+    fn start_agent(&self, command: &mut Command, robot: u32, incarnation: u16) -> Child {
+        command
             .args(["--run", &self.name, "--robot", &robot.to_string()])
             .args(["--incarnation", &incarnation.to_string()])
             .stdin(Stdio::null())

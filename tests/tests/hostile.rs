@@ -17,10 +17,14 @@ use protocol::{
     services::{AgentPorts, Medium},
     setup::AgentSetup,
 };
+use rustix::process::{Signal, getpid};
 use tests::{
-    live::LiveRun,
+    live::{LiveRun, signal},
     programs::{Run, said},
 };
+
+/// Name of the run that an agent of ours joins, for the process that this test starts.
+const RUN: &str = "LAMPLIGHT_TEST_RUN";
 
 const ROBOT: RobotId = RobotId::first(3);
 const OPTIONS: [&str; 2] = ["--duration", "2"];
@@ -198,4 +202,38 @@ fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
     assert_eq!(run.number("commands_refused") as u64, ticks);
     assert_eq!(run.number("robots_alive"), 9.0, "its last answer was none");
     assert_eq!(run.summary["ended"], "finished");
+}
+
+/// Not a test of its own: the agent that dies in the next test.
+#[test]
+#[ignore = "it is the process that another test starts"]
+fn an_agent_that_dies_as_it_joins() {
+    let Ok(name) = std::env::var(RUN) else { return };
+    let (folder, _) = RunDir::open(name.parse().unwrap()).unwrap();
+    let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
+    let _ports = Medium::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
+    signal(getpid(), Signal::KILL);
+}
+
+#[test]
+fn an_agent_by_hand_that_dies_as_it_joins_is_not_waited_for() {
+    for plane in ["blackboard", "publish-subscribe"] {
+        let plane = format!("processes.plane={plane}");
+        let run =
+            LiveRun::start("one-gaussian", &[&OPTIONS[..], &["--by-hand", "3", "--set", &plane]].concat());
+        run.wait_until_open();
+        let joined = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--ignored", "--exact", "an_agent_that_dies_as_it_joins"])
+            .env(RUN, &run.name)
+            .output()
+            .unwrap();
+        assert!(joined.status.code().is_none(), "it is killed: {}", said(&joined));
+        let (output, left) = run.finish();
+        assert!(output.status.success(), "{}", said(&output));
+        let incidents = left.unwrap().summary["incidents"].clone();
+        assert_eq!(
+            incidents[0]["what"], "the agent of robot 3 died as it joined; it is left out from here on",
+            "{incidents}"
+        );
+    }
 }

@@ -4,10 +4,10 @@
 
 use std::{
     fs::File,
-    io::{Read, Write},
+    io::{ErrorKind, Read, Write},
     net::{TcpListener, TcpStream},
     os::unix::net::UnixStream,
-    process::{Command, Output, Stdio},
+    process::{Child, Command, Output, Stdio},
     thread,
     time::{Duration, Instant},
 };
@@ -221,8 +221,8 @@ fn a_port_in_use_is_an_error_before_anything_is_started() {
     }
 }
 
-#[test]
-fn a_run_in_process_serves_metrics_too() {
+/// A run in process that serves metrics, and where.
+fn in_process() -> (Child, String) {
     let args = ["run", "--engine", "in-process", "--speed", "10", "--duration", "2000", "--metrics", ":0"];
     let mut child = lamplight(args)
         .arg(scenario("swarmbots"))
@@ -231,6 +231,37 @@ fn a_run_in_process_serves_metrics_too() {
         .spawn()
         .unwrap();
     let address = address(&heard(child.stderr.as_mut().unwrap(), "metrics at"));
+    (child, address)
+}
+
+#[test]
+fn metrics_are_served_while_64_idle_and_half_open_connections_stay() {
+    let (mut child, address) = in_process();
+    let connect = |request: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        stream
+    };
+    let waiting: Vec<_> = (0..64).map(|at| connect(if at % 2 == 0 { "" } else { "GET /met" })).collect();
+    for _ in 0..3 {
+        let text = scrape(&address);
+        for reason in ["late", "crowded_out"] {
+            let key = format!("lamplight_clients_dropped_total{{reason=\"{reason}\"}}");
+            assert_eq!(sample(&text, &key), Some(0.0), "{text}");
+        }
+    }
+    // Nobody had to be sent away for that.
+    for stream in waiting {
+        stream.set_nonblocking(true).unwrap();
+        assert_eq!((&stream).read(&mut [0]).unwrap_err().kind(), ErrorKind::WouldBlock);
+    }
+    signal(Pid::from_child(&child), Signal::TERM);
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+}
+
+#[test]
+fn a_run_in_process_serves_metrics_too() {
+    let (mut child, address) = in_process();
     wait_until("ticks pass", || sample(&scrape(&address), "lamplight_ticks_total").unwrap() > 3.0);
     let text = scrape(&address);
     signal(Pid::from_child(&child), Signal::TERM);

@@ -127,6 +127,25 @@ fn failures_are_lines_of_json_too_and_a_format_is_text_or_json() {
 }
 
 #[test]
+fn a_format_of_the_environment_that_is_none_is_told_once_whatever_the_filter() {
+    let told = " WARN LAMPLIGHT_LOG: `xml` is no log format; there are text and json\n";
+    let run = |options: &[&str]| {
+        let mut command = lamplight(["run", "--robots", "4", "--duration", "1", "--quiet"]);
+        let command = command.args(options).arg(scenario("swarmbots"));
+        let output = command.env("LAMPLIGHT_LOG", "xml").env("RUST_LOG", "arena=loud,coverage=off").output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        stderr(&output).to_owned()
+    };
+    let filter = " WARN RUST_LOG: `arena=loud` is not understood; there are LEVEL and TARGET=LEVEL\n";
+    for engine in ["processes", "in-process"] {
+        assert_eq!(run(&["--engine", engine]), format!("{filter}{told}"));
+    }
+    let lines = objects(&run(&["--log", "json"]));
+    assert_eq!(lines[1]["message"], told.trim().strip_prefix("WARN ").unwrap());
+}
+
+#[test]
 fn a_filter_that_makes_no_sense_is_told_once_and_the_rest_counts() {
     let run = LiveRun::start_logging(
         "swarmbots",

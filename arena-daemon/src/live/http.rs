@@ -1,29 +1,22 @@
 //! Metrics over HTTP, for Prometheus and for `curl`: `GET /metrics`.
 //!
-//! One route and one kind of client: a request, which `httparse` reads, an answer, the end of the connection. Servers
-//! that are kept up want an asynchronous runtime, which nothing else here needs. A thread of its own serves one client
-//! at a time and waits for none longer than a second; the run's loop never waits.
+//! One route and one kind of client: a request, which `httparse` reads, an answer, the end of the connection. HTTP
+//! servers that are kept up want an asynchronous runtime, which nothing else here needs; so `server.rs` serves the
+//! connections, and the run's loop never waits.
 
 use std::{
     fmt, io,
-    io::{Read, Write},
-    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream},
+    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener},
     str::FromStr,
     sync::Arc,
-    thread,
-    time::{Duration, Instant},
 };
 
-use super::{Live, prometheus};
+use super::{Live, prometheus, server};
 
-/// How long a client gets for its request, and again for its answer.
-const PATIENCE: Duration = Duration::from_secs(1);
 /// Longest request that is read, bytes.
 const REQUEST_MAX: usize = 8192;
 /// Most headers that are read.
 const HEADERS_MAX: usize = 64;
-/// Pause after a connection that could not be made, as when no descriptor is free.
-const PAUSE: Duration = Duration::from_millis(100);
 /// What a scrape is: Prometheus text of this version.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -79,39 +72,31 @@ impl Endpoint {
     pub fn serve(self, live: Arc<Live>) -> io::Result<()> {
         let Self(listener) = self;
         tracing::info!("metrics at http://{}/metrics", listener.local_addr()?);
-        thread::Builder::new().name("metrics".into()).spawn(move || {
-            for stream in listener.incoming() {
-                match stream {
-                    // A client that breaks off has its reasons.
-                    Ok(stream) => drop(answer(&stream, &live)),
-                    Err(_) => thread::sleep(PAUSE),
-                }
-            }
-        })?;
-        Ok(())
+        server::serve("metrics", listener.into(), live, answer)
     }
 }
 
-fn answer(mut stream: &TcpStream, live: &Live) -> io::Result<()> {
-    let request = read(stream)?;
-    let (status, kind, body) = match request {
-        Some(Request::Get { ref path, .. }) if path.split('?').next() == Some("/metrics") => {
+/// Waits for a request to the end of its headers: a client that is answered while it still talks may take that for a
+/// broken connection.
+fn answer(live: &Live, text: &[u8], ended: bool) -> Option<Vec<u8>> {
+    let request = match read(text) {
+        None if !ended && text.len() <= REQUEST_MAX => return None,
+        request => request.unwrap_or(Request::Broken),
+    };
+    let (status, kind, body) = match &request {
+        Request::Get { path, .. } if path.split('?').next() == Some("/metrics") => {
             ("200 OK", TEXT, prometheus::text(&live.ask()))
         }
-        Some(Request::Get { .. }) => ("404 Not Found", "text/plain", "metrics are at /metrics\n".into()),
-        Some(Request::Other) => ("405 Method Not Allowed\r\nAllow: GET, HEAD", "text/plain", String::new()),
-        None => ("400 Bad Request", "text/plain", String::new()),
+        Request::Get { .. } => ("404 Not Found", "text/plain", "metrics are at /metrics\n".into()),
+        Request::Other => ("405 Method Not Allowed\r\nAllow: GET, HEAD", "text/plain", String::new()),
+        Request::Broken => ("400 Bad Request", "text/plain", String::new()),
     };
-    stream.set_write_timeout(Some(PATIENCE))?;
     let length = body.len();
-    write!(
-        stream,
+    let head = format!(
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
-    )?;
-    if !matches!(request, Some(Request::Get { head_only: true, .. })) {
-        stream.write_all(body.as_bytes())?;
-    }
-    stream.flush()
+    );
+    let head_only = matches!(request, Request::Get { head_only: true, .. });
+    Some(if head_only { head } else { head + &body }.into_bytes())
 }
 
 /// What a client wants.
@@ -121,28 +106,18 @@ enum Request {
     Get { path: String, head_only: bool },
     /// What nobody can do here.
     Other,
+    /// Nothing that is HTTP.
+    Broken,
 }
 
-/// Reads a request to the end of its headers: a client that is answered while it still talks may take that for a
-/// broken connection. `None` if it is none, or too long.
-fn read(mut stream: &TcpStream) -> io::Result<Option<Request>> {
-    let deadline = Instant::now() + PATIENCE;
-    let (mut text, mut chunk) = (Vec::new(), [0; 1024]);
-    loop {
-        let left = deadline.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Err(io::ErrorKind::TimedOut.into());
-        }
-        stream.set_read_timeout(Some(left))?;
-        let read = stream.read(&mut chunk)?;
-        text.extend_from_slice(&chunk[..read]);
-        let mut headers = [httparse::EMPTY_HEADER; HEADERS_MAX];
-        let mut request = httparse::Request::new(&mut headers);
-        match request.parse(&text) {
-            Ok(httparse::Status::Complete(_)) => return Ok(Some(Request::of(&request))),
-            Ok(httparse::Status::Partial) if read > 0 && text.len() <= REQUEST_MAX => {}
-            Ok(httparse::Status::Partial) | Err(_) => return Ok(None),
-        }
+/// Reads a request; `None` if it goes on.
+fn read(text: &[u8]) -> Option<Request> {
+    let mut headers = [httparse::EMPTY_HEADER; HEADERS_MAX];
+    let mut request = httparse::Request::new(&mut headers);
+    match request.parse(text) {
+        Ok(httparse::Status::Partial) => None,
+        Ok(httparse::Status::Complete(_)) => Some(Request::of(&request)),
+        Err(_) => Some(Request::Broken),
     }
 }
 
@@ -159,6 +134,11 @@ impl Request {
 
 #[cfg(test)]
 mod tests {
+    use std::{
+        io::{Read, Write},
+        net::TcpStream,
+    };
+
     use super::*;
     use crate::live::tests::about;
 

@@ -4,7 +4,7 @@
 
 use std::fmt::{Display, Write};
 
-use super::{Agents, Snapshot, Standing};
+use super::{Agents, Dropped, Snapshot, Standing};
 use crate::profile::{Quantiles, Stage};
 
 /// Robots with metrics of their own: those with the lowest indices. `lamplight_robots_without_metrics` counts the
@@ -33,6 +33,7 @@ pub fn text(snapshot: &Snapshot) -> String {
     times(&mut text, snapshot);
     waiting(&mut text, snapshot);
     robots(&mut text, snapshot);
+    dropped(&mut text, snapshot);
     text
 }
 
@@ -146,6 +147,16 @@ fn robots(text: &mut String, snapshot: &Snapshot) {
         "Commands of the robot refused.",
     );
     named.iter().for_each(|robot| metric.value(&[("robot", &robot.id.index)], robot.refused as f64));
+}
+
+fn dropped(text: &mut String, snapshot: &Snapshot) {
+    let Dropped { late, crowded_out } = snapshot.dropped;
+    let help =
+        "Clients that asked for metrics, or for the run's state, and were dropped without their answer.";
+    let mut metric = begin(text, Kind::Counter, "lamplight_clients_dropped_total", help);
+    for (reason, count) in [("late", late), ("crowded_out", crowded_out)] {
+        metric.value(&[("reason", &reason)], count as f64);
+    }
 }
 
 /// A metric's head; its values follow.

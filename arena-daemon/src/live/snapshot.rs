@@ -38,6 +38,17 @@ pub struct Snapshot {
     pub robots: Vec<Robot>,
     /// Who is waited for.
     pub waiting: Option<Waiting>,
+    /// Clients of the run's sockets that have not got their answer.
+    pub dropped: Dropped,
+}
+
+/// Clients that were dropped before they had their answer, by why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Dropped {
+    /// They took too long to ask, or to read.
+    pub late: u64,
+    /// There were too many at once, and they had been there for longest.
+    pub crowded_out: u64,
 }
 
 /// What does not change in a run.
@@ -187,6 +198,7 @@ impl Snapshot {
             agents: None,
             robots: Vec::new(),
             waiting: None,
+            dropped: Dropped::default(),
         }
     }
 

@@ -2,24 +2,21 @@
 
 use std::{
     fs, io,
-    io::{BufRead, BufReader, Write},
+    io::{BufRead, BufReader},
     os::unix::{
         fs::PermissionsExt,
         net::{UnixListener, UnixStream},
     },
     sync::Arc,
-    thread,
     time::Duration,
 };
 
 use protocol::run_dir::RunDir;
 
-use super::{Live, Snapshot};
+use super::{Live, Snapshot, server};
 
-/// How long each waits for the other.
+/// How long whoever asks waits for the arena.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Pause after a connection that could not be made, as when no descriptor is free.
-const PAUSE: Duration = Duration::from_millis(100);
 
 /// Hands out snapshots of `run` until this process ends. The socket is for its owner alone, and is removed with the
 /// run's folder.
@@ -30,23 +27,14 @@ pub fn serve(run: &RunDir, live: Arc<Live>) -> io::Result<()> {
     let path = run.live_path();
     let listener = UnixListener::bind(&path)?;
     fs::set_permissions(&path, fs::Permissions::from_mode(0o600))?;
-    thread::Builder::new().name("live".into()).spawn(move || {
-        for stream in listener.incoming() {
-            match stream {
-                // Who does not want to read it, need not.
-                Ok(stream) => drop(hand_out(stream, &live)),
-                Err(_) => thread::sleep(PAUSE),
-            }
-        }
-    })?;
-    Ok(())
+    server::serve("live", listener.into(), live, answer)
 }
 
-fn hand_out(mut stream: UnixStream, live: &Live) -> io::Result<()> {
-    stream.set_write_timeout(Some(PATIENCE))?;
-    let mut line = serde_json::to_vec(&live.ask())?;
+/// Nobody has to ask.
+fn answer(live: &Live, _: &[u8], _: bool) -> Option<Vec<u8>> {
+    let mut line = serde_json::to_vec(&live.ask()).expect("a snapshot is plain data");
     line.push(b'\n');
-    stream.write_all(&line)
+    Some(line)
 }
 
 /// Asks the arena of `run` for a snapshot.

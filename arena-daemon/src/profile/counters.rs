@@ -41,6 +41,9 @@ impl Counters {
             let count = |process: &Process| {
                 Agent::count(*process, EVENTS).map_err(|error| format!("cannot be opened: {error}"))
             };
+            if processes.iter().all(Option::is_none) {
+                return Err("no process of theirs can be seen".into());
+            }
             let mut processes = processes.iter().map(Option::as_ref);
             // The first one tells whether the machine has counters at all, the rest whether there is room.
             let first = processes.next().into_iter().map(|process| process.map(count).transpose());
@@ -115,6 +118,11 @@ mod tests {
         }
         assert_eq!(counters.read(0, us), None);
         assert_eq!(counters.read(7, us), None);
+    }
+
+    #[test]
+    fn nobody_is_not_counted() {
+        assert_eq!(Counters::open(&[None, None]).told(), "none (no process of theirs can be seen)");
     }
 
     #[test]

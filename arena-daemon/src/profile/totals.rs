@@ -36,7 +36,7 @@ pub struct Totals {
     pub missed_deadlines: u64,
     /// Reference cycles of the processor per whole cycle, on average; `null` if the clock does not count them.
     pub reference_cycles_per_cycle: Option<f64>,
-    /// What the processes that were there at the end had used.
+    /// What the processes that were there at the end had used, as far as `/proc` shows them.
     pub processes: Processes,
 }
 
@@ -53,23 +53,23 @@ pub struct StagesUs {
     pub publish: Option<Spread>,
 }
 
-/// Sums over processes.
+/// Sums over processes; `null` where none could be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Processes {
-    /// How many were asked.
+    /// How many were read.
     pub count: u64,
     /// Time on a processor.
-    pub cpu_ms: f64,
+    pub cpu_ms: Option<f64>,
     /// How often one gave its processor up to wait.
-    pub switches_voluntary: u64,
+    pub switches_voluntary: Option<u64>,
     /// How often a processor was taken away.
-    pub switches_involuntary: u64,
+    pub switches_involuntary: Option<u64>,
     /// Page faults that cost no disk.
-    pub faults_minor: u64,
+    pub faults_minor: Option<u64>,
     /// Page faults that did.
-    pub faults_major: u64,
+    pub faults_major: Option<u64>,
     /// What they have in memory; what they share counts once for each.
-    pub rss_kb: u64,
+    pub rss_kb: Option<u64>,
     /// What they have in memory; what they share counts once. `null` where the kernel does not tell.
     pub pss_kb: Option<u64>,
 }
@@ -117,16 +117,35 @@ impl StagesUs {
 
 impl Processes {
     fn of<'a>(processes: impl Iterator<Item = &'a Usage> + Clone) -> Self {
-        let sum = |value: fn(&Usage) -> u64| processes.clone().map(value).sum::<u64>();
+        let count = processes.clone().count() as u64;
+        // A sum over nobody would say that they took nothing.
+        let sum = |value: fn(&Usage) -> Option<u64>| {
+            if count > 0 { processes.clone().map(value).sum::<Option<u64>>() } else { None }
+        };
         Self {
-            count: processes.clone().count() as u64,
-            cpu_ms: sum(|usage| usage.cpu_ns) as f64 / 1e6,
-            switches_voluntary: sum(|usage| usage.switches_voluntary),
-            switches_involuntary: sum(|usage| usage.switches_involuntary),
-            faults_minor: sum(|usage| usage.faults_minor),
-            faults_major: sum(|usage| usage.faults_major),
-            rss_kb: sum(|usage| usage.rss_kb),
-            pss_kb: processes.map(|usage| usage.pss_kb).sum(),
+            count,
+            cpu_ms: sum(|usage| Some(usage.cpu_ns)).map(|ns| ns as f64 / 1e6),
+            switches_voluntary: sum(|usage| Some(usage.switches_voluntary)),
+            switches_involuntary: sum(|usage| Some(usage.switches_involuntary)),
+            faults_minor: sum(|usage| Some(usage.faults_minor)),
+            faults_major: sum(|usage| Some(usage.faults_major)),
+            rss_kb: sum(|usage| Some(usage.rss_kb)),
+            pss_kb: sum(|usage| usage.pss_kb),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_over_nobody_is_unknown_and_not_zero() {
+        let nobody = Processes::of([].iter());
+        assert_eq!(nobody, Processes { count: 0, ..Processes::default() });
+        assert_eq!((nobody.cpu_ms, nobody.rss_kb, nobody.pss_kb), (None, None, None));
+        let one = Usage { cpu_ns: 2_000_000, rss_kb: 7, ..Usage::default() };
+        let both = Processes::of([one, one].iter());
+        assert_eq!((both.count, both.cpu_ms, both.rss_kb, both.pss_kb), (2, Some(4.0), Some(14), None));
     }
 }

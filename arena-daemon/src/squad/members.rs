@@ -20,11 +20,13 @@ use protocol::{
     doorbell::Doorbell,
     frame_cache::Frames,
     percept::{Percept, Tick},
+    pid_namespace,
     raw::{BOOT_TICK, CommandError},
     robot_id::RobotId,
     run_dir::{ByHand, RunDir},
     services::{ArenaPorts, Medium, bury},
-    setup::{Mode, Plane},
+    setup::{AgentSetup, Mode, Plane},
+    shared_memory::explained,
 };
 
 use super::{Answers, Incident, SquadError, Standing};
@@ -47,6 +49,8 @@ const JOIN_POLL: Duration = Duration::from_millis(5);
 /// How long the arena keeps what a life has left for the news that its process has died. Without
 /// the news, a few small files stay until the run ends.
 const DYING: Duration = Duration::from_secs(10);
+/// How often the arena looks whether an agent that was started by hand has died as it joined.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
 /// Time between two lines that tell which robots wait to be started by hand: whoever is busy with a debugger should
@@ -135,6 +139,8 @@ pub(super) struct Members {
     by_hand: Vec<ByHand>,
     /// When somebody was last called to start them.
     called: Option<Moment>,
+    /// When it was last looked whether somebody by hand has died as they joined.
+    looked: Instant,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
     incidents: Vec<Incident>,
@@ -143,7 +149,8 @@ pub(super) struct Members {
 impl Members {
     /// Lays out the run's folder and the services of every robot.
     pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: Hosting) -> Result<Self, SquadError> {
-        let failed = |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {error}"));
+        let failed =
+            |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {}", explained(error)));
         let run = &hosting.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         tell_setup(run, scenario, mode)?;
@@ -173,6 +180,7 @@ impl Members {
             members,
             by_hand,
             called: None,
+            looked: Instant::now(),
             remains: Vec::new(),
             incidents: Vec::new(),
         })
@@ -281,6 +289,7 @@ impl Members {
         let lost: Vec<Lost> = self.hosting.link.lost().collect();
         lost.iter().try_for_each(|lost| self.mourn(lost, tick))?;
         self.bury_remains(&lost);
+        self.mourn_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let Presence::Expected { since } = self.members[index].presence else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
@@ -320,6 +329,24 @@ impl Members {
             }
         };
         self.miss(index, tick, what)
+    }
+
+    /// Deals with agents that were started by hand and have died between joining and their first word: nobody's
+    /// children, of whose process the arena does not know yet.
+    fn mourn_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
+        if self.looked.elapsed() < LOOK_EVERY {
+            return Ok(());
+        }
+        self.looked = Instant::now();
+        for index in 0..self.members.len() {
+            let Member { id, ports, .. } = &self.members[index];
+            let is_awaited = self.is_by_hand(index) && self.members[index].is_expected();
+            if is_awaited && ports.as_ref().is_some_and(ArenaPorts::has_dead_agent) {
+                let what = format!("the agent of {id} died as it joined");
+                self.miss(index, tick, what)?;
+            }
+        }
+        Ok(())
     }
 
     /// Sends a percept to every agent that takes part, and writes their indices over `present`.
@@ -408,7 +435,7 @@ impl Members {
     /// Deals with agent `index`, which has not answered for too long.
     pub(super) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
         let member = &self.members[index];
-        let state = member.process.map_or(State::Dead, |process| process.state());
+        let state = member.process.map_or("unknown".into(), |process| process.state().to_string());
         let (named, patience) = (member.named(), self.hang_timeout);
         self.miss(
             index,
@@ -596,8 +623,9 @@ fn driven_by_hand<'a>(members: &'a [Member], hosting: &'a Hosting) -> impl Itera
 
 /// Writes what every agent of the run is told.
 fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
-    fs::write(run.setup_path(), codec::encode(&scenario.agent_setup(mode)))
-        .map_err(|error| SquadError(format!("cannot make the agents' setup: {error}")))
+    let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
+    fs::write(run.setup_path(), codec::encode(&setup))
+        .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
 }
 
 impl Presence {

@@ -197,9 +197,13 @@ impl ArenaPorts {
         self.command.get_new().copied()
     }
 
+    pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
+        dead_nodes(&self.services.bin)
+    }
+
     pub(super) fn marks(&self) -> BTreeSet<String> {
         let Services { bin, up } = &self.services;
-        let mut marks = dead_nodes(bin);
+        let mut marks = self.dead_nodes();
         if !marks.is_empty() {
             let mut mark = |value: u128| {
                 marks.insert(value.to_string());
@@ -221,9 +225,8 @@ impl AgentPorts {
             let opener = node.service_builder(&service_name(what, robot)).blackboard_opener::<Key>();
             opener.open().map_err(|error| not_opened(robot, &error))
         };
-        let taken = |_: &dyn fmt::Debug| ServiceError::Taken(robot);
-        let reader = open("bin")?.reader_builder().create().map_err(|error| taken(&error))?;
-        let writer = open("up")?.writer_builder().create().map_err(|error| taken(&error))?;
+        let reader = open("bin")?.reader_builder().create().map_err(|error| not_opened(robot, &error))?;
+        let writer = open("up")?.writer_builder().create().map_err(|error| not_opened(robot, &error))?;
         let blocks = (0..BLOCKS_MAX).map(|block| read(&reader, DELIVERIES + block as Key));
         Ok(Self {
             head: Latest::of(read(&reader, HEAD)?),

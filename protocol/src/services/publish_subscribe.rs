@@ -97,9 +97,13 @@ impl ArenaPorts {
         Ok(sample.map(|sample| *sample.payload()))
     }
 
+    pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
+        dead_nodes(&self.services.inbox)
+    }
+
     pub(super) fn marks(&self) -> BTreeSet<String> {
         let Services { inbox, uplink } = &self.services;
-        let mut marks = dead_nodes(inbox);
+        let mut marks = self.dead_nodes();
         if !marks.is_empty() {
             let mut mark = |value: u128| {
                 marks.insert(value.to_string());
@@ -122,14 +126,14 @@ impl AgentPorts {
             inbox: inbox.open().map_err(|error| not_opened(robot, &error))?,
             uplink: uplink.open().map_err(|error| not_opened(robot, &error))?,
         };
-        let taken = |_| ServiceError::Taken(robot);
-        let inbox = services.inbox.subscriber_builder().create().map_err(taken)?;
+        let inbox =
+            services.inbox.subscriber_builder().create().map_err(|error| not_opened(robot, &error))?;
         let uplink = services
             .uplink
             .publisher_builder()
             .max_loaned_samples(1)
             .create()
-            .map_err(|_| ServiceError::Taken(robot))?;
+            .map_err(|error| not_opened(robot, &error))?;
         Ok(Self { inbox, uplink })
     }
 
