@@ -170,11 +170,11 @@ fn limits(plane: Plane) -> anyhow::Result<Vec<Limit>> {
             unit: Unit::Bytes,
             remedy: Remedy::Do("end other programs"),
         }),
-        Some(Limit {
+        shared_memory.bytes.map(|available| Limit {
             what: "shared memory",
             per_robot: SHARED_MEMORY_PER_ROBOT,
             spare: 0,
-            available: shared_memory.bytes,
+            available,
             source: "what is left in /dev/shm",
             unit: Unit::Bytes,
             remedy: Remedy::Do(MORE_BYTES),

@@ -8,7 +8,7 @@ use std::{
 
 use rustix::fs::{Access, StatFs, access, statfs};
 
-/// Where it is; a tmpfs.
+/// Where it is; a tmpfs, as a rule.
 pub(crate) const PATH: &str = "/dev/shm";
 
 /// How to have more bytes there.
@@ -22,14 +22,12 @@ pub const MORE_FILES: &str = "`lamplight clean` removes what crashed runs left; 
 const FILES_FEW: u64 = 24;
 /// The same in bytes.
 const BYTES_FEW: u64 = 128 * 1024;
-/// The `f_type` of a tmpfs (statfs(2)).
-const TMPFS: u32 = 0x0102_1994;
 
 /// What is left there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SharedMemory {
-    /// Bytes.
-    pub bytes: u64,
+    /// Bytes. `None` if there is no bound.
+    pub bytes: Option<u64>,
     /// Inodes: so many files and folders can be made. `None` if there is no bound.
     pub files: Option<u64>,
 }
@@ -43,12 +41,6 @@ pub enum SharedMemoryError {
          hint: sudo mkdir -p {PATH} && sudo mount -t tmpfs -o mode=1777 tmpfs {PATH}"
     )]
     Missing(io::Error),
-    /// What is written there may go to a disk.
-    #[error(
-        "{PATH} is no tmpfs, a file system in memory, which processes share\n\
-         hint: sudo mount -t tmpfs -o mode=1777 tmpfs {PATH}"
-    )]
-    NoTmpfs,
     /// Nothing can be made there.
     #[error(
         "{PATH} cannot be written to: {0}\n\
@@ -64,19 +56,16 @@ impl SharedMemory {
     /// If no run of processes is possible there.
     pub fn look() -> Result<Self, SharedMemoryError> {
         let stat = statfs(PATH).map_err(|error| SharedMemoryError::Missing(error.into()))?;
-        // Magic numbers have 32 bits, whatever the width and the sign of the field.
-        if stat.f_type as u32 != TMPFS {
-            return Err(SharedMemoryError::NoTmpfs);
-        }
         let all = Access::READ_OK | Access::WRITE_OK | Access::EXEC_OK;
         access(PATH, all).map_err(|error| SharedMemoryError::NotWritable(error.into()))?;
         Ok(Self::of(&stat))
     }
 
     fn of(stat: &StatFs) -> Self {
-        // A tmpfs without a bound on inodes tells of none at all.
+        // A tmpfs without a bound tells of none at all.
         let files = (stat.f_files > 0).then_some(stat.f_ffree);
-        Self { bytes: stat.f_bavail * stat.f_bsize as u64, files }
+        let bytes = (stat.f_blocks > 0).then_some(stat.f_bavail * stat.f_bsize as u64);
+        Self { bytes, files }
     }
 
     /// What there is too little of, in words that go on after a colon.
@@ -85,7 +74,7 @@ impl SharedMemory {
             Self { files: Some(files), .. } if files < FILES_FEW => {
                 Some(format!("{PATH} has {files} inodes left; {MORE_FILES}"))
             }
-            Self { bytes, .. } if bytes < BYTES_FEW => {
+            Self { bytes: Some(bytes), .. } if bytes < BYTES_FEW => {
                 Some(format!("{PATH} has {bytes} bytes left; {MORE_BYTES}"))
             }
             Self { .. } => None,
@@ -108,12 +97,12 @@ mod tests {
 
     #[test]
     fn a_lack_is_named_with_its_remedy() {
-        let plenty = SharedMemory { bytes: 1 << 30, files: Some(1000) };
+        let plenty = SharedMemory { bytes: Some(1 << 30), files: Some(1000) };
         assert_eq!(plenty.lack(), None);
-        assert_eq!(SharedMemory { files: None, ..plenty }.lack(), None, "there is no bound");
+        assert_eq!(SharedMemory { bytes: None, files: None }.lack(), None, "there is no bound");
         let lack = SharedMemory { files: Some(3), ..plenty }.lack().unwrap();
         assert!(lack.starts_with("/dev/shm has 3 inodes left; ") && lack.contains("nr_inodes"), "{lack}");
-        let lack = SharedMemory { bytes: 4096, files: None }.lack().unwrap();
+        let lack = SharedMemory { bytes: Some(4096), ..plenty }.lack().unwrap();
         assert!(lack.starts_with("/dev/shm has 4096 bytes left; ") && lack.contains("size="), "{lack}");
     }
 
