@@ -45,7 +45,7 @@ struct Kept {
     folder: PathBuf,
     metrics: Rows,
     poses: Option<Rows>,
-    /// What could not be written whole, and why.
+    /// Files that could not be written whole, and why.
     unwritten: Vec<String>,
 }
 
@@ -227,7 +227,7 @@ impl Rows {
     }
 }
 
-/// What the operating system said, where it did.
+/// The error of the operating system, where it was one.
 fn io_error(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,

@@ -56,7 +56,7 @@ impl Moment {
         self.0.saturating_duration_since(earlier.0)
     }
 
-    /// So much later; `None` if no clock can count that far.
+    /// The moment `time` later; `None` if no clock can count that far.
     pub fn checked_add(self, time: Duration) -> Option<Self> {
         self.0.checked_add(time).map(Self)
     }
@@ -79,7 +79,7 @@ impl AddAssign<Duration> for Moment {
 /// Tells how long this process has stood still.
 #[derive(Debug)]
 pub struct Standstills {
-    /// What has been told.
+    /// Standstill told so far.
     told: Duration,
 }
 

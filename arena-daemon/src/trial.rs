@@ -51,7 +51,7 @@ pub struct Record {
     pub errors: Vec<Errors>,
     /// Where each robot was at first and at last.
     pub places: Vec<Place>,
-    /// What went wrong with agents without being planned: then the numbers are not those of the scenario.
+    /// Unplanned incidents: with any of them, the numbers are not those of the scenario.
     pub incidents: Vec<Incident>,
     /// Whether the same squad can play another trial: every robot takes part in its first life.
     pub squad_is_whole: bool,

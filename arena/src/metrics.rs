@@ -114,7 +114,7 @@ pub struct Observer<'a> {
 }
 
 impl Observer<'_> {
-    /// What a fault can be felt in: mean ‖ê‖ and, roughly, H.
+    /// Mean ‖ê‖ and, roughly, H: what a fault can be felt in.
     pub fn disturbance(&self, poses: &[Pose], answers: &[Option<Command>]) -> Disturbance {
         let present = poses.iter().zip(answers).filter(|(_, answer)| answer.is_some());
         let partition = Partition::new(present.map(|(pose, _)| pose.position).collect(), self.size_m);
@@ -163,7 +163,7 @@ impl Observer<'_> {
     }
 }
 
-/// What a partition costs, and how far its sites are from where it would cost least.
+/// Cost of a partition, and how far its sites are from where it would cost least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Coverage cost H = Σ ∫ ½‖q − p‖² φ(q) dq (eq. 1); `None` without any site.
@@ -198,7 +198,7 @@ impl Partition {
         &self.cells
     }
 
-    /// What the partition costs under `field`. Relative accuracy 1e-10, see [`coverage::quadrature`].
+    /// The cost of the partition under `field`. Relative accuracy 1e-10, see [`coverage::quadrature`].
     pub fn cost(&self, field: &Field) -> Cost {
         let (mut cost, mut error, mut with_mass) = (0.0, 0.0, 0);
         for [mass, x, y, inertia] in self.integrals(field, 0.5) {

@@ -20,7 +20,7 @@ const BAND: f64 = 0.1;
 /// Below this nothing is an excursion: rounding, in meters or in units of H.
 const NOTHING: f64 = 1e-9;
 
-/// What a fault can be felt in: mean ‖ê‖ and H; `None` where nobody is left who has one.
+/// Mean ‖ê‖ and H, which a fault can be felt in; `None` where nobody is left who has one.
 pub type Disturbance = [Option<f64>; 2];
 
 /// When a fault was no longer felt.

@@ -196,7 +196,7 @@ mod reading {
         assert_eq!(ticks(&["output.metrics_every_s=0.01"]), (100, 1));
     }
 
-    /// What is said of the roundings of the smallest scenario with overrides.
+    /// Checks the roundings of the smallest scenario with overrides.
     fn said_of(overrides: &[&str], expected: Expect) -> Scenario {
         let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
         let said = scenario.roundings.0.iter().map(|rounded| format!("{rounded}\n")).collect::<String>();

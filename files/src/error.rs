@@ -16,7 +16,7 @@ pub struct WriteError {
 }
 
 impl WriteError {
-    /// What went wrong with the file at `path`.
+    /// An `error` of the file at `path`.
     pub fn new(path: &Path, error: io::Error) -> Self {
         Self { path: path.into(), error }
     }
@@ -27,7 +27,7 @@ impl WriteError {
     }
 }
 
-/// What the operating system says of a failed write, with the limit that was met and the way out.
+/// The reason for a failed write, with the limit that was met and the way out.
 pub fn why(error: &io::Error) -> String {
     let hint = match error.kind() {
         ErrorKind::StorageFull => {

@@ -133,7 +133,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// What has gone wrong: the run itself, and results that could not be written.
+/// Failures of a run: of itself, and of results that could not be written.
 fn trouble(summary: &Value) -> Option<String> {
     let failed = summary["ended"] == json!(Ending::Failed);
     let failure = failed.then(|| summary["failure"].as_str().unwrap_or("the run failed"));

@@ -115,7 +115,7 @@ fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
     )
 }
 
-/// What their processes used, as far as `/proc` shows them: not if they live in another namespace of processes.
+/// Use of the agents' processes, as far as `/proc` shows them: not if they live in another namespace of processes.
 fn usage(processes: &Value) -> String {
     let Some(cpu_ms) = processes["cpu_ms"].as_f64() else { return "CPU and memory cannot be read".into() };
     let (voluntary, involuntary) = (&processes["switches_voluntary"], &processes["switches_involuntary"]);

@@ -62,7 +62,7 @@ impl Format {
     /// All there are, as the command line spells them.
     pub const NAMES: [&'static str; 2] = ["text", "json"];
 
-    /// What [`FORMAT_VARIABLE`] says; text if it says nothing.
+    /// The format that [`FORMAT_VARIABLE`] names; text if it names none.
     ///
     /// # Errors
     /// If it says something else.
@@ -143,7 +143,7 @@ pub fn begin(settings: Settings) {
     }
 }
 
-/// What a variable of the environment says; what is no Unicode in it is replaced, so that it is seen.
+/// The value of a variable of the environment, with replacement characters for what is no Unicode.
 fn said(variable: &str) -> Option<String> {
     env::var_os(variable).map(|text| text.to_string_lossy().into_owned())
 }

@@ -95,10 +95,10 @@ pub enum RunDirError {
     Foreign {
         /// The name.
         name: RunName,
-        /// Whose it is.
+        /// Its owner.
         owner: Owner,
     },
-    /// Somebody makes or removes a run and does not get done.
+    /// Another process makes or removes a run and does not get done.
     #[error(
         "another process has locked {SHARED_MEMORY} for {TURN_TIMEOUT:?}, as a stopped `lamplight` may have; \
          `fuser -v {SHARED_MEMORY}` names it"
@@ -117,12 +117,12 @@ pub enum RunDirError {
     },
 }
 
-/// What became of what a dead run had left.
+/// Result of removing what a dead run had left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cleared {
     /// Entries that were removed.
     pub removed: usize,
-    /// Whose the others are, if some were not ours to remove.
+    /// Owner of the others, if some were not ours to remove.
     pub foreign: Option<Owner>,
 }
 

@@ -23,7 +23,7 @@ const FILES_FEW: u64 = 24;
 /// The same in bytes.
 const BYTES_FEW: u64 = 128 * 1024;
 
-/// What is left there.
+/// Room left there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SharedMemory {
     /// Bytes. `None` if there is no bound.
@@ -68,7 +68,7 @@ impl SharedMemory {
         Self { bytes, files }
     }
 
-    /// What there is too little of, in words that go on after a colon.
+    /// The resource there is too little of, in words that go on after a colon.
     fn lack(self) -> Option<String> {
         match self {
             Self { files: Some(files), .. } if files < FILES_FEW => {

@@ -28,7 +28,7 @@ pub enum ReportError {
         /// A way out.
         hint: &'static str,
     },
-    /// What was made cannot be written.
+    /// A page or figure cannot be written.
     #[error(transparent)]
     Unwritten(#[from] files::WriteError),
     /// A file cannot be read, or a folder cannot be made.

@@ -9,7 +9,7 @@ use tests::{
     programs::{lamplight, program, said, scenario},
 };
 
-/// What an agent says that leaves.
+/// Output of an agent that leaves at once.
 fn agent(run: &LiveRun, robot: &str, life: &str) -> Output {
     let place = ["--run", &run.name, "--robot", robot, "--incarnation", life];
     Command::new(program("robot-agent")).args(place).output().unwrap()

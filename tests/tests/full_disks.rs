@@ -32,7 +32,7 @@ fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// What failed with status 1, and what it said of it.
+/// Standard error of a command that failed with status 1.
 fn failed(output: &Output) -> String {
     assert_eq!(output.status.code(), Some(1), "{}", said(output));
     String::from_utf8(output.stderr.clone()).unwrap()

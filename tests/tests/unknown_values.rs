@@ -1,4 +1,4 @@
-//! What is not known has no value: null, an empty cell, a broken line; never a zero that looks perfect.
+//! Values that are not known are none: null, an empty cell, a broken line; never a zero that looks perfect.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
@@ -97,7 +97,7 @@ fn column_of(path: &Path, column: &str) -> Vec<Option<f64>> {
     reader.records().map(|row| cell(row.unwrap())).collect()
 }
 
-/// What a run came to.
+/// Results of a run.
 struct Left {
     summary: Value,
     output: Output,
@@ -109,7 +109,7 @@ impl Left {
     }
 }
 
-/// What is measured of robots, and of what there is none without any.
+/// Measures that have no value without any robot.
 const MEASURES: [&str; 6] =
     ["mean_error_m", "max_error_m", "mean_true_error_m", "cost_h", "cell_agreement", "staleness_s"];
 

@@ -27,7 +27,7 @@ pub const CLIENTS_MAX: usize = 96;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Pause after a connection that could not be made, as when no descriptor is free.
 const PAUSE: Duration = Duration::from_millis(100);
-/// What is read at once, bytes.
+/// Most bytes read at once.
 const CHUNK: usize = 1024;
 
 /// Answers what a client has sent so far; `None` if more must come. The flag says that nothing more will.
@@ -55,7 +55,7 @@ struct Server {
     patience: Duration,
     /// In the order in which they came.
     clients: Vec<Client>,
-    /// Nobody is let in until then.
+    /// Until then, no client is let in.
     paused: Option<Instant>,
 }
 
@@ -142,7 +142,7 @@ impl Server {
 }
 
 impl Client {
-    /// What it must be ready for.
+    /// Events that its socket is polled for.
     fn awaits(&self) -> PollFlags {
         match self.exchange {
             Exchange::Request(_) => PollFlags::IN,

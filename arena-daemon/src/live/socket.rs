@@ -30,7 +30,7 @@ pub fn serve(run: &RunDir, live: Arc<Live>) -> io::Result<()> {
     server::serve("live", listener.into(), live, answer)
 }
 
-/// Nobody has to ask.
+/// The snapshot as a line of JSON, without being asked.
 fn answer(live: &Live, _: &[u8], _: bool) -> Option<Vec<u8>> {
     let mut line = serde_json::to_vec(&live.ask()).expect("a snapshot is plain data");
     line.push(b'\n');

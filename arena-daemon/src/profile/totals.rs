@@ -36,7 +36,7 @@ pub struct Totals {
     pub missed_deadlines: u64,
     /// Reference cycles of the processor per whole cycle, on average; `null` if the clock does not count them.
     pub reference_cycles_per_cycle: Option<f64>,
-    /// What the processes that were there at the end had used, as far as `/proc` shows them.
+    /// Use of the processes that were there at the end, as far as `/proc` shows them.
     pub processes: Processes,
 }
 

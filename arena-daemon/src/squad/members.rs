@@ -135,7 +135,7 @@ pub(super) struct Members {
     pub(super) waiting_told: Option<Instant>,
     processes: ProcessesSpec,
     pub(super) members: Vec<Member>,
-    /// Who is driven by hand, as the run's folder tells.
+    /// Robots driven by hand, as the run's folder tells.
     by_hand: Vec<ByHand>,
     /// When somebody was last called to start them.
     called: Option<Moment>,

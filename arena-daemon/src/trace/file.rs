@@ -21,7 +21,7 @@ use std::{
 use files::WriteError;
 use serde_json::{Map, Value};
 
-/// What stands between two events. Within one there is no end of a line.
+/// Separator of two events. Within one there is no end of a line.
 const BETWEEN_EVENTS: &[u8] = b",\n";
 
 /// Events are written once there are so many bytes of them, or after a second.
@@ -41,7 +41,7 @@ pub(super) struct TraceFile {
     written: Instant,
     /// What is said about the trace at its end.
     about: Map<String, Value>,
-    /// What ends the file as it is on disk.
+    /// End of the file as it is on disk.
     end_written: String,
 }
 

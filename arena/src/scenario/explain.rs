@@ -142,7 +142,7 @@ fn plain(message: &str) -> String {
     }
 }
 
-/// What serde expected where it found a table.
+/// The type that serde expected where it found a table.
 fn in_place_of_table(message: &str) -> &str {
     match message.strip_prefix("invalid type: map, expected ") {
         Some(expected) => expectation(expected),

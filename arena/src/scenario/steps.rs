@@ -14,7 +14,7 @@ use super::problem::{Problem, ensure, problem};
 /// apart with six digits to spare, so no step is lost to rounding.
 pub const STEPS_MAX: u64 = 1_000_000_000;
 
-/// What the quotient of two decimal numbers may lack to the whole number that was meant.
+/// Largest difference between the quotient of two decimal numbers and the whole number that was meant.
 pub(super) const ROUNDING: f64 = 1e-9;
 /// The same for large quotients, as a share: a few units in the last place.
 const ROUNDING_SHARE: f64 = 4.0 * f64::EPSILON;

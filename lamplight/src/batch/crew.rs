@@ -173,7 +173,7 @@ fn whole(record: Record) -> anyhow::Result<Record> {
     }
 }
 
-/// What a trial is called in messages.
+/// Name of a trial in messages.
 pub(super) fn named(trial: &Trial<'_>) -> String {
     format!("trial {} of setting {} (seed {})", trial.trial, trial.setting, trial.scenario.seed)
 }
@@ -196,7 +196,7 @@ fn by_processes(plan: &Plan, missing: &[usize], keep: &mut Keeper<'_>) -> anyhow
 #[derive(Debug)]
 struct Course<'a> {
     plan: &'a Plan,
-    /// Those that are still to be played.
+    /// Trials still to be played.
     missing: &'a [usize],
     /// Whether the first of them has been played before.
     is_second_time: bool,

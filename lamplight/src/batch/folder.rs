@@ -2,7 +2,7 @@
 //!
 //! `batch.json` says what the batch is, `trials.csv` has a row per trial, and `errors.csv` and `positions.csv` more of
 //! each, where they are kept. A trial counts as done once its row in `trials.csv` is whole, and that is written last.
-//! What a killed batch has left unfinished is dropped, and so are the rows of trials that lost agents: these are played
+//! Rows that a killed batch has left unfinished are dropped, and so are those of trials that lost agents, which are played
 //! again.
 //!
 //! Trials are added in the order in which they are played. Where that is not the order of the plan, because the batch
@@ -77,7 +77,7 @@ pub(super) const LOST_AGENTS: &str = "lost-agents";
 const ERRORS: [&str; 5] = ["setting", "trial", "time_s", "mean_error_m", "max_error_m"];
 const POSITIONS: [&str; 8] = ["setting", "trial", "robot", "start_x_m", "start_y_m", "x_m", "y_m", "alive"];
 
-/// What came of one trial.
+/// Outcome of one trial.
 #[derive(Debug)]
 pub(crate) enum Done {
     Played(Box<Played>),
@@ -85,7 +85,7 @@ pub(crate) enum Done {
     LostAgents,
 }
 
-/// What is kept of a trial.
+/// Results kept of a trial.
 #[derive(Debug)]
 pub(crate) struct Played {
     pub(crate) record: Record,
@@ -179,7 +179,7 @@ impl Folder {
     }
 }
 
-/// What a folder holds of a batch, before anything is changed in it.
+/// State of a batch in its folder, before anything is changed in it.
 struct Found {
     /// How many trials of each setting `batch.json` speaks of, if it is there.
     trials_of_each: Option<u64>,

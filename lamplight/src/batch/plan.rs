@@ -18,7 +18,7 @@ use super::{BatchArgs, Keep, folder::COLUMNS};
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
-/// What an [`Identity`] is compared by, the most telling first. A batch may grow by trials.
+/// Keys that an [`Identity`] is compared by, the most telling first. A batch may grow by trials.
 const KEYS: [&str; 8] = ["format", "scenario", "engine", "seed", "robots", "sweeps", "exact", "keep"];
 /// Most combinations of robot counts and swept values.
 const SETTINGS_MAX: usize = 10_000;
@@ -65,7 +65,7 @@ pub(crate) struct Setting {
     pub(crate) values: Vec<String>,
     /// With the seed of the first trial.
     pub(crate) scenario: Scenario,
-    /// What may not mean in it what its author thinks.
+    /// Warnings about it.
     cautions: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ impl Plan {
         Ok(Self { identity, base, settings })
     }
 
-    /// What is worth a warning in any setting, each once, or in the settings beside each other.
+    /// The warnings about all settings, each once, and about differences between them.
     pub(crate) fn cautions(&self) -> Vec<String> {
         // Its default is another one as soon as a sweep makes packets get lost.
         const TIMEOUT: &str = "controller.neighbor_timeout_cycles";
@@ -271,7 +271,7 @@ impl BatchArgs {
     }
 }
 
-/// What a list names a second time, if anything.
+/// The first value that a list names a second time, if there is one.
 fn given_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
     list.iter().enumerate().find(|(at, it)| list[..*at].contains(it)).map(|(_, it)| it)
 }

@@ -232,7 +232,7 @@ impl Job {
     }
 }
 
-/// What keys ask for.
+/// Wish that a key stands for.
 enum Wish {
     /// Nothing, or something else to be seen.
     Stay,
