@@ -299,8 +299,18 @@ pub fn agents_of(name: &str) -> BTreeMap<u32, Pid> {
         .collect()
 }
 
+/// Name of the run and process of the arena that the process `parent` has started, if it has one.
+pub fn arena_under(parent: u32) -> Option<(String, Pid)> {
+    let ours = format!("PPid:\t{parent}");
+    processes("arena-daemon").find_map(|(pid, arguments)| {
+        let status = fs::read_to_string(format!("/proc/{}/status", pid.as_raw_pid())).ok()?;
+        let name = arguments.iter().find_map(|argument| argument.strip_prefix("--name="))?;
+        status.lines().any(|line| line == ours).then(|| (name.to_owned(), pid))
+    })
+}
+
 /// Process of the arena of the run `name`.
-pub fn arena_of(name: &str) -> Option<Pid> {
+fn arena_of(name: &str) -> Option<Pid> {
     let ours = format!("--name={name}");
     processes("arena-daemon").find(|(_, arguments)| arguments.contains(&ours)).map(|(pid, _)| pid)
 }

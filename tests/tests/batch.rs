@@ -14,7 +14,7 @@ use rustix::process::{Pid, Signal};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::{
-    live::{agents_of, arena_of, signal, wait_until},
+    live::{agents_of, arena_under, signal, wait_until},
     programs::{lamplight, said, scenario},
 };
 
@@ -197,17 +197,12 @@ impl Disturbed {
         Self { batch, struck: Vec::new() }
     }
 
-    /// The name of its run.
-    fn name(&self) -> String {
-        format!("swarmbots-{}", self.batch.id())
-    }
-
     /// Sends a signal to robot 2 of a swarm that has not had one yet, once it is at work.
     fn strike(&mut self, how: Signal) {
-        let name = self.name();
         let mut agent = None;
         wait_until("a new swarm is at work", || {
-            let agents = agents_of(&name);
+            let agents =
+                arena_under(self.batch.id()).map_or_else(BTreeMap::new, |(name, _)| agents_of(&name));
             agent = agents.get(&2).copied().filter(|pid| agents.len() == 4 && !self.struck.contains(pid));
             agent.is_some_and(|pid| context_switches(pid) > 300)
         });
@@ -243,9 +238,9 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
 
     fs::remove_dir_all(&lossy).unwrap();
     let mut orphaned = Disturbed::start(&lossy);
-    let arena = || arena_of(&orphaned.name());
+    let arena = || arena_under(orphaned.batch.id());
     wait_until("the arena is there", || arena().is_some());
-    signal(arena().unwrap(), Signal::KILL);
+    signal(arena().unwrap().1, Signal::KILL);
     // The next swarm has an arena of its own, and loses a robot as well.
     orphaned.strike(Signal::KILL);
     let output = orphaned.end();

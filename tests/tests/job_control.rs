@@ -5,6 +5,7 @@
 use std::{
     fs::File,
     io::{Read, Write},
+    os::unix::process::CommandExt,
     process::{Command, Stdio},
     thread,
     time::{Duration, Instant},
@@ -161,8 +162,10 @@ fn batches_and_fuzz_stand_still_with_the_runs_they_play() {
 #[test]
 fn a_run_in_process_stops_like_any_program() {
     let course = ["--engine", "in-process", "--speed", "20", "--duration", "20"];
-    let mut job =
-        lamplight(["run"]).arg(scenario("swarmbots")).args(course).stdout(Stdio::null()).spawn().unwrap();
+    let mut lamplight = lamplight(["run"]);
+    lamplight.arg(scenario("swarmbots")).args(course).stdout(Stdio::null());
+    // As a shell does it. In a group whose parent has no part in the session, the kernel drops the signal.
+    let mut job = lamplight.process_group(0).spawn().unwrap();
     signal(Pid::from_child(&job), Signal::TSTP);
     wait_until("it is stopped", || is_stopped(Pid::from_child(&job)));
     signal(Pid::from_child(&job), Signal::CONT);

@@ -57,11 +57,11 @@ pub(super) fn whole_part(quotient: f64) -> u64 {
     (quotient + slack(quotient)) as u64
 }
 
-/// When step `steps` is, seconds; in nine decimals if these say it.
+/// When step `steps` is, seconds; in nine decimals if these say it but for rounding.
 pub(super) fn time_of(steps: u64, step_s: f64) -> f64 {
     let exact = steps as f64 * step_s;
-    let rounded = (exact * 1e9).round() / 1e9;
-    if is_near(rounded / step_s, steps) { rounded } else { exact }
+    let decimal = (exact * 1e9).round() / 1e9;
+    if (decimal - exact).abs() <= ROUNDING_SHARE * exact { decimal } else { exact }
 }
 
 /// Makes every time of `scenario` that is counted in steps a whole number of them, the nearest. `place_of` knows where
@@ -144,4 +144,16 @@ fn is_near(quotient: f64, steps: u64) -> bool {
 
 fn slack(quotient: f64) -> f64 {
     ROUNDING.max(ROUNDING_SHARE * quotient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_said_in_few_decimals_only_where_these_are_it() {
+        assert_eq!((time_of(3, 0.1), time_of(1200, 0.1)), (0.3, 120.0));
+        let step_s = 0.27442613609124994;
+        assert_eq!((time_of(1, step_s), time_of(7, step_s)), (step_s, 7.0 * step_s), "not 0.274426136");
+    }
 }
