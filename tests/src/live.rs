@@ -299,13 +299,12 @@ pub fn agents_of(name: &str) -> BTreeMap<u32, Pid> {
         .collect()
 }
 
-/// Name of the run and process of the arena that the process `parent` has started, if it has one.
-pub fn arena_under(parent: u32) -> Option<(String, Pid)> {
-    let ours = format!("PPid:\t{parent}");
-    processes("arena-daemon").find_map(|(pid, arguments)| {
-        let status = fs::read_to_string(format!("/proc/{}/status", pid.as_raw_pid())).ok()?;
+/// Name of the run and process of the arena that `ancestor` has started, itself or by a child, if it has one.
+pub fn arena_under(ancestor: &Child) -> Option<(String, Pid)> {
+    let ours = descendants(Pid::from_child(ancestor));
+    processes("arena-daemon").filter(|(pid, _)| ours.contains(pid)).find_map(|(pid, arguments)| {
         let name = arguments.iter().find_map(|argument| argument.strip_prefix("--name="))?;
-        status.lines().any(|line| line == ours).then(|| (name.to_owned(), pid))
+        Some((name.to_owned(), pid))
     })
 }
 

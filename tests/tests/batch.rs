@@ -201,8 +201,7 @@ impl Disturbed {
     fn strike(&mut self, how: Signal) {
         let mut agent = None;
         wait_until("a new swarm is at work", || {
-            let agents =
-                arena_under(self.batch.id()).map_or_else(BTreeMap::new, |(name, _)| agents_of(&name));
+            let agents = arena_under(&self.batch).map_or_else(BTreeMap::new, |(name, _)| agents_of(&name));
             agent = agents.get(&2).copied().filter(|pid| agents.len() == 4 && !self.struck.contains(pid));
             agent.is_some_and(|pid| context_switches(pid) > 300)
         });
@@ -238,7 +237,7 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
 
     fs::remove_dir_all(&lossy).unwrap();
     let mut orphaned = Disturbed::start(&lossy);
-    let arena = || arena_under(orphaned.batch.id());
+    let arena = || arena_under(&orphaned.batch);
     wait_until("the arena is there", || arena().is_some());
     signal(arena().unwrap().1, Signal::KILL);
     // The next swarm has an arena of its own, and loses a robot as well.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use std::{
+    collections::BTreeMap,
     ffi::OsStr,
     fs,
     path::{Path, PathBuf},
@@ -12,7 +13,7 @@ use std::{
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 use tests::{
-    live::{agents_of, signal, wait_until},
+    live::{agents_of, arena_under, signal, wait_until},
     programs::{lamplight, said, scenario},
 };
 
@@ -225,18 +226,17 @@ fn a_failed_run_says_how_to_repeat_it() {
 #[test]
 fn fuzzing_ends_with_its_processes_when_it_is_interrupted() {
     let folder = folder();
-    let args = ["--runs", "1000", "--robots", "6", "--duration", "600", "--set", "fuzz.kinds=[\"sensor\"]"];
+    let args = ["--runs", "1000", "--seed", "4242000", "--robots", "6", "--duration", "600"];
+    let args = [&args[..], &["--set", "fuzz.kinds=[\"sensor\"]"]].concat();
     let child = in_folder(&folder, "fuzz", &scenario("swarmbots"), &args)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let prefix = format!("lamplight-fuzz-{}-", child.id());
+    // Runs are named after their seeds, which no other test uses.
     let traces = || {
-        let entries = fs::read_dir("/dev/shm").unwrap();
-        entries
-            .filter(|entry| entry.as_ref().unwrap().file_name().to_str().unwrap().starts_with(&prefix))
-            .count()
+        let entries = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name());
+        entries.filter(|name| name.to_str().unwrap().starts_with("lamplight-fuzz-4242")).count()
     };
     wait_until("a run of processes is on", || traces() > 0);
     let output = interrupted(child);
@@ -276,7 +276,7 @@ fn a_fuzz_run_that_lost_an_agent_from_outside_is_repeated() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let agents = || agents_of(&format!("fuzz-{}-7", fuzz.id()));
+    let agents = || arena_under(&fuzz).map_or_else(BTreeMap::new, |(name, _)| agents_of(&name));
     wait_until("the swarm is there", || agents().len() == 4);
     agents().values().take(1).for_each(|&pid| signal(pid, Signal::KILL));
     let output = fuzz.wait_with_output().unwrap();
