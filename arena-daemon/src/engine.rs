@@ -161,10 +161,10 @@ impl Run<'_> {
                 }
             }
             let Some(next) = pace.next(self.scenario.step_s.get(), Moment::now()) else { continue };
+            self.lag = (plan.mode == Mode::Realtime).then(|| pace.lag());
             if let Some(late) = next.late.filter(|_| plan.mode == Mode::Realtime) {
                 self.say_late(&pace, late, &mut told)?;
             }
-            self.lag = (plan.mode == Mode::Realtime).then(|| pace.lag());
             self.wait(next.due).map_err(Interruption::Squad)?;
         }
         Ok(Ending::Interrupted)

@@ -46,7 +46,7 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
     writeln!(text)?;
     write!(text, "mean error {}", known(&summary["mean_error_m"], |error_m| format!("{error_m:.3e} m")))?;
     if summary["robots_without_error"] != 0 {
-        write!(text, " ({} robots have none: no cell, or none with mass)", summary["robots_without_error"])?;
+        write!(text, " (robots without a cell, or without mass in it: {})", summary["robots_without_error"])?;
     }
     write!(text, ", cost H {}", known(&summary["cost_h"], |cost| format!("{cost:.6e}")))?;
     if let Some(distance) = summary["mean_lamp_distance_m"].as_f64() {
@@ -80,8 +80,8 @@ fn write_open_cells(text: &mut String, robots: &Value) -> fmt::Result {
         None | Some(0) => Ok(()),
         Some(robots) => writeln!(
             text,
-            "open cells: {robots} robots have goals farther away than the arena's diagonal; controller.cell_cap_m or \
-             arena.boundary_sensing = true closes their cells"
+            "open cells: {robots}, with goals farther away than the arena's diagonal; controller.cell_cap_m or \
+             arena.boundary_sensing = true closes them"
         ),
     }
 }
@@ -100,8 +100,9 @@ fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
         true => writeln!(text)?,
         false => writeln!(text, " (medians: {})", medians.join(", "))?,
     }
-    write!(text, "agents: wake-up {}", both(&stages["wake"]))?;
-    writeln!(text, "; packets {}, beyond what is modeled", both(&agents["packet_latency_us"]))?;
+    let packets = &agents["packet_latency_us"];
+    let beyond = if packets.is_null() { "" } else { ", beyond what is modeled" };
+    writeln!(text, "agents: wake-up {}; packets {}{beyond}", both(&stages["wake"]), both(packets))?;
     if !agents["period_jitter_us"].is_null() {
         let (jitter, missed) = (both(&agents["period_jitter_us"]), &agents["missed_deadlines"]);
         writeln!(text, "agents: period jitter {jitter}; {missed} deadlines missed")?;

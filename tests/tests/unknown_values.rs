@@ -168,7 +168,7 @@ fn a_lone_deaf_survivor_has_no_error_and_has_not_recovered() {
     assert_eq!(case.column("metrics.csv", "robots_without_error").last(), Some(&Some(1.0)));
     assert!(left.summary["faults"][0]["recovered"]["mean_error_ticks"].is_null());
     assert!(left.told().contains("mean error not recovered"), "{}", left.told());
-    assert!(left.told().contains("mean error none (1 robots have none: no cell, or none with mass)"));
+    assert!(left.told().contains("mean error none (robots without a cell, or without mass in it: 1)"));
     let errors = column_of(&case.out().join("robots.csv"), "error_m");
     assert!(errors.iter().all(Option::is_none), "{errors:?}");
 }
@@ -245,8 +245,8 @@ fn open_cells_are_counted_with_the_keys_that_close_them() {
     let case = Case::of(text);
     let left = case.run(&[]);
     assert_eq!(left.summary["robots_with_open_cell"], 1, "{}", left.summary);
-    let line = "open cells: 1 robots have goals farther away than the arena's diagonal; controller.cell_cap_m or \
-                arena.boundary_sensing = true closes their cells\n";
+    let line = "open cells: 1, with goals farther away than the arena's diagonal; controller.cell_cap_m or \
+                arena.boundary_sensing = true closes them\n";
     assert!(left.told().contains(line), "{}", left.told());
     for closed in ["controller.cell_cap_m=1", "arena.boundary_sensing=true"] {
         fs::remove_dir_all(case.out()).unwrap();

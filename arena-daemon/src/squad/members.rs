@@ -2,7 +2,7 @@
 //! struck, and what is done about it. Both process squads stand on this.
 
 use std::{
-    fmt, fs, io,
+    fmt, fs, io, mem,
     ops::RangeInclusive,
     sync::Arc,
     thread,
@@ -584,9 +584,12 @@ impl Members {
         }
         let Self { members, hosting, by_hand, called, .. } = &mut *self;
         if !driven_by_hand(members, hosting).eq(by_hand.iter().copied()) {
-            by_hand.clear();
+            let known = mem::take(by_hand);
             by_hand.extend(driven_by_hand(members, hosting));
-            *called = None;
+            // Who is fewer than before need not be called again.
+            if by_hand.iter().any(|robot| robot.is_awaited && !known.contains(robot)) {
+                *called = None;
+            }
             if let Err(error) = hosting.run.tell_by_hand(by_hand) {
                 tracing::warn!("agents started by hand cannot be told what they may join: {error}");
             }
