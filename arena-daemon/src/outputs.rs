@@ -16,7 +16,7 @@ use std::{
 
 use anyhow::{Context, bail};
 use arena::{Arena, metrics::Metrics, scenario::Scenario};
-use files::{Lines, WriteError};
+use files::{Lines, Reserve, WriteError};
 use protocol::command::Command;
 use serde::Serialize;
 
@@ -32,6 +32,8 @@ use crate::{
 const MARKS: [&str; 2] = [SUMMARY, SCENARIO];
 const SCENARIO: &str = "scenario.toml";
 const SUMMARY: &str = "summary.json";
+/// Room that is kept for it while other files grow: four times the summary of a run with ten faults.
+const SUMMARY_BYTES: u64 = 16 << 10;
 
 /// Where results go; or nowhere.
 #[derive(Debug)]
@@ -47,6 +49,8 @@ struct Kept {
     poses: Option<Rows>,
     /// Files that could not be written whole, and why.
     unwritten: Vec<String>,
+    /// Room for the summary, which comes last.
+    reserve: Option<Reserve>,
 }
 
 /// A CSV file that is being written.
@@ -159,8 +163,9 @@ impl Outputs {
         answers: &[Option<Command>],
         profile: Option<&Profile>,
     ) {
-        let Some(Kept { folder, unwritten, .. }) = self.kept else { return };
+        let Some(Kept { folder, unwritten, reserve, .. }) = self.kept else { return };
         summary.unwritten = unwritten;
+        drop(reserve);
         let path = folder.join(SUMMARY);
         let first = files::replace(&path, summary.json());
         let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
@@ -186,7 +191,10 @@ impl Kept {
     fn begin(folder: &Path, scenario: &Scenario) -> Result<Self, WriteError> {
         let metrics = Rows::begin(folder.join("metrics.csv"))?;
         let poses = scenario.output.poses_every_s.map(|_| Rows::begin(folder.join("poses.csv")));
-        Ok(Self { folder: folder.to_path_buf(), metrics, poses: poses.transpose()?, unwritten: Vec::new() })
+        let poses = poses.transpose()?;
+        // Where there is none to be kept, the summary takes what there is.
+        let reserve = Reserve::in_folder(folder, SUMMARY_BYTES).ok();
+        Ok(Self { folder: folder.to_path_buf(), metrics, poses, unwritten: Vec::new(), reserve })
     }
 
     /// A run is not lost with one of its files.

@@ -15,6 +15,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use nix::sys::signal::{SigSet, SigmaskHow, Signal};
 use signal_hook::{
     consts::{SIGSTOP, SIGTSTP, SIGTTOU},
     iterator::Signals,
@@ -24,6 +25,9 @@ use signal_hook::{
 /// Signals by which a terminal stops a job: Ctrl-Z, and output from the background where that is to wait
 /// (`stty tostop`).
 const TERMINAL_STOPS: [i32; 2] = [SIGTSTP, SIGTTOU];
+
+/// The same, as signal masks have them.
+const STOPS_MASKED: [Signal; 2] = [Signal::SIGTSTP, Signal::SIGTTOU];
 
 static CLOCK: Mutex<Clock> = Mutex::new(Clock { stood: Duration::ZERO, stands_since: None });
 
@@ -104,6 +108,8 @@ impl Standstills {
 pub fn on_signals(mut around: impl FnMut(fn()) + Send + 'static) -> io::Result<()> {
     let mut signals = Signals::new(TERMINAL_STOPS)?;
     thread::spawn(move || {
+        // Who started this process may have held them back.
+        SigSet::from_iter(STOPS_MASKED).thread_unblock().expect("every thread may change its mask");
         loop {
             if signals.wait().next().is_none() {
                 continue;
@@ -119,6 +125,18 @@ pub fn on_signals(mut around: impl FnMut(fn()) + Send + 'static) -> io::Result<(
         }
     });
     Ok(())
+}
+
+/// Calls `start`, which starts a child in a process group of its own, and holds back meanwhile what stops a terminal's
+/// job. A child is of our group until it has left it, just before its own program begins: stopped there, it would
+/// be continued by nobody, and whoever starts it would wait for that program for ever. The child goes on to hold
+/// them back; [`on_signals`] ends that.
+pub fn unstoppable<T>(start: impl FnOnce() -> T) -> T {
+    let stops = SigSet::from_iter(STOPS_MASKED);
+    let before = stops.thread_swap_mask(SigmaskHow::SIG_BLOCK).expect("every thread may change its mask");
+    let started = start();
+    before.thread_set_mask().expect("it has been the mask before");
+    started
 }
 
 /// Returns when somebody has it continued.

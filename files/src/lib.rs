@@ -7,10 +7,12 @@
 
 mod error;
 mod lines;
+mod reserve;
 mod size_limit;
 mod whole;
 
 pub use error::{WriteError, why};
 pub use lines::Lines;
+pub use reserve::Reserve;
 pub use size_limit::survive_size_limit;
 pub use whole::{create, draft_of, replace};

@@ -2,6 +2,9 @@
 
 use std::{
     collections::{HashMap, HashSet},
+    io,
+    os::unix::process::CommandExt,
+    process::{Child, Command},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
@@ -45,7 +48,7 @@ impl Children {
     pub(crate) fn stand_still_with_us(
         &self,
         mut tell: impl FnMut(Duration) + Send + 'static,
-    ) -> std::io::Result<()> {
+    ) -> io::Result<()> {
         let children = self.clone();
         standstill::on_signals(move |stop_this_process| {
             let began = Instant::now();
@@ -90,6 +93,11 @@ fn stop_head(pid: Pid) {
 fn is_at_work(pid: Pid) -> bool {
     let process = u32::try_from(pid.as_raw_pid()).ok().and_then(Process::find);
     process.is_some_and(|process| !matches!(process.state(), State::Stopped | State::Dead))
+}
+
+/// Starts `command` in a process group of its own, so that Ctrl-C and Ctrl-Z reach it through this process alone.
+pub(crate) fn start(command: &mut Command) -> io::Result<Child> {
+    standstill::unstoppable(|| command.process_group(0).spawn())
 }
 
 /// Sends a signal to a child that has not been reaped, so its number is still its own.

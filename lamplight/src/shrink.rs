@@ -67,7 +67,8 @@ The failure, as comparisons of values of summary.json; it must show in the whole
     faults.0.fired_tick >= 600
 
 Comparisons are < <= > >= == != between values of the summary, numbers, \"texts\", true, false and null; \
-they are joined by && (and), || (or), ! (not) and parentheses. Lengths are in meters (_m), times in \
+they are joined by && (and), || (or), ! (not) and parentheses. What is not known is null: it equals null alone, \
+and neither < nor its opposite holds of it. Lengths are in meters (_m), times in \
 seconds of virtual time (_s). Faults are numbered in the plan as it is then: as faults are left out, \
 others move up. A failure of so many robots says of how many, or fewer robots show it at once: \
 robots == 50 && robots_alive < 49.";

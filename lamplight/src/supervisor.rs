@@ -9,7 +9,6 @@
 use std::{
     collections::VecDeque,
     io::{self, BufRead, BufReader, IsTerminal, Write},
-    os::unix::process::CommandExt,
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
@@ -36,7 +35,7 @@ use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 
 use crate::{
-    children::{Children, tell},
+    children::{self, Children, tell},
     log::Gatherer,
     run::Outcome,
 };
@@ -165,14 +164,12 @@ impl<'a> Supervisor<'a> {
         }
         command.args(options.arguments(&run.scenario_path()));
         let mut group = children.lock();
-        let mut arena = command
+        command
             .env(FORMAT_VARIABLE, logbook::format().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .stderr(log.standard_error().context("cannot hand the log's pipe to arena-daemon")?)
-            .process_group(0)
-            .spawn()
-            .context("cannot start arena-daemon")?;
+            .stderr(log.standard_error().context("cannot hand the log's pipe to arena-daemon")?);
+        let mut arena = children::start(&mut command).context("cannot start arena-daemon")?;
         group.head = Some(Pid::from_child(&arena));
         drop(group);
         forward_events(arena.stdout.take().expect("standard output is piped"), sender);
@@ -287,17 +284,17 @@ impl<'a> Supervisor<'a> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
         let log = self.log.standard_error().context("cannot hand the log's pipe to an agent")?;
         let mut group = self.children.lock();
-        let child = Command::new(&self.agent_program)
+        let mut command = Command::new(&self.agent_program);
+        command
             .env(FORMAT_VARIABLE, logbook::format().to_string())
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
             .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
-            .stderr(log)
-            .process_group(0)
-            .spawn()
-            .with_context(|| format!("cannot start the agent of {id}"))?;
+            .stderr(log);
+        let child =
+            children::start(&mut command).with_context(|| format!("cannot start the agent of {id}"))?;
         group.agents.insert(Pid::from_child(&child), id);
         Ok(())
     }

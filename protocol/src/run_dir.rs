@@ -203,6 +203,7 @@ impl RunDir {
 
     /// Every run that has left a trace in shared memory, alive or dead, sorted by name.
     pub fn list() -> Result<Vec<Self>, RunDirError> {
+        SharedMemory::look()?;
         let (mut found, shared_memory) = (Vec::new(), Path::new(SHARED_MEMORY));
         for entry in fs::read_dir(shared_memory).map_err(failed(shared_memory))? {
             let file_name = entry.map_err(failed(shared_memory))?.file_name();

@@ -20,11 +20,12 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// The rows of the file at `path`; `None` if there is no such file.
+    /// The rows of the file at `path`; `None` if there is no such file, or a full disk has left it empty.
     pub fn read_if_there(path: &Path) -> Result<Option<Self>, ReportError> {
         match fs::read(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             Err(error) => Err(ReportError::io(path, error)),
+            Ok(bytes) if bytes.is_empty() => Ok(None),
             Ok(bytes) => Self::parse(&path.display().to_string(), &bytes).map(Some),
         }
     }

@@ -59,6 +59,7 @@ fn headline(run: &Run) -> Result<Table, ReportError> {
         ("mean distance to the middle of the lamps (m)", "mean_lamp_distance_m"),
         ("share of cells that agree", "cell_agreement"),
         ("robots alive", "robots_alive"),
+        ("robots without an estimated error", "robots_without_error"),
     ];
     pairs.extend(quantities.into_iter().filter_map(|(name, key)| match summary.get(key)? {
         Value::Null if key != "converged_at_s" => None,

@@ -155,6 +155,7 @@ fn a_trace_that_grows_too_large_opens_all_the_same() {
     let trace = Trace::read(&path);
     assert!(trace.other["first_tick_left_out"].is_u64(), "{:?}", trace.other);
     assert!(trace.of("X").count() > 500, "what fits is there");
+    assert!(trace.other["cycles_left_out"].as_u64().unwrap() > 1000, "{:?}", trace.other);
     assert!(fs::metadata(&path).unwrap().len() <= 300 * BLOCK);
 }
 

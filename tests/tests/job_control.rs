@@ -12,7 +12,7 @@ use std::{
 };
 
 use rustix::{
-    process::{Pid, Signal},
+    process::{Pid, Signal, kill_process_group},
     pty::{OpenptFlags, openpt, ptsname, unlockpt},
     termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize},
 };
@@ -156,6 +156,23 @@ fn batches_and_fuzz_stand_still_with_the_runs_they_play() {
         wait_until("agents are there", || descendants(pid).len() >= least);
         stand_still(pid);
         assert!(job.wait().unwrap().success(), "{command}");
+    }
+}
+
+#[test]
+fn a_run_that_is_stopped_while_agents_are_started_goes_on() {
+    // A child that has not yet begun its own program still hears what its parent's terminal says.
+    for delay_ms in (0..30).step_by(2) {
+        let mut lamplight = lamplight(["run"]);
+        lamplight.arg(scenario("swarmbots")).args(["--robots", "16", "--duration", "1", "--quiet"]);
+        let mut job = lamplight.stdout(Stdio::null()).process_group(0).spawn().unwrap();
+        let group = Pid::from_child(&job);
+        thread::sleep(Duration::from_millis(delay_ms));
+        kill_process_group(group, Signal::TSTP).unwrap();
+        wait_until("it stands still", || is_stopped(group) || job.try_wait().unwrap().is_some());
+        kill_process_group(group, Signal::CONT).unwrap();
+        wait_until("it has ended", || job.try_wait().unwrap().is_some());
+        assert!(job.wait().unwrap().success(), "stopped after {delay_ms} ms");
     }
 }
 

@@ -132,6 +132,8 @@ fn where_nobody_is_left_there_is_no_error_and_no_cost() {
 #[test]
 fn shrink_does_not_take_no_value_for_a_small_one() {
     let case = Case::of(&format!("{BASE}\n{KILL_ALL}"));
+    let output = case.lamplight("shrink", &["--until", "not cost_h >= 80", "--out"], &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     let output = case.lamplight("shrink", &["--until", "cost_h < 80", "--out"], &[]);
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(String::from_utf8_lossy(&output.stderr).contains("cost_h is null"), "{}", said(&output));
@@ -248,6 +250,14 @@ fn open_cells_are_counted_with_the_keys_that_close_them() {
     let line = "open cells: 1, with goals farther away than the arena's diagonal; controller.cell_cap_m or \
                 arena.boundary_sensing = true closes them\n";
     assert!(left.told().contains(line), "{}", left.told());
+    let report = lamplight(["report"]).arg(case.out()).output().unwrap();
+    assert!(report.status.success(), "{}", said(&report));
+    let page = fs::read_to_string(case.out().join("report.html")).unwrap();
+    assert!(page.contains("Open cells at the end: 1, with goals farther away"));
+    fs::remove_dir_all(case.out()).unwrap();
+    let batch = case.lamplight("batch", &["--trials", "2", "--out"], &[]);
+    assert_eq!(case.column("trials.csv", "robots_with_open_cell"), [Some(1.0); 2], "{}", said(&batch));
+    assert!(said(&batch).contains("robots with an open cell (controller.cell_cap_m or"), "{}", said(&batch));
     for closed in ["controller.cell_cap_m=1", "arena.boundary_sensing=true"] {
         fs::remove_dir_all(case.out()).unwrap();
         let left = case.run(&["--set", closed]);

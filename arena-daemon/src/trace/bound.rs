@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::{
     events::{Events, Scope, Track},
-    file::TraceFile,
+    file::{Lost, TraceFile},
 };
 
 /// Neighbor cycles that a robot's cycle may come late: in real time four percepts may be unanswered, and the next
@@ -30,8 +30,6 @@ pub(super) struct Bound {
     cycles_bytes_max: u64,
     left_out_from: Option<Tick>,
     cycles_left_out: u64,
-    /// The first tick of which something is not written yet.
-    unwritten_from: Option<Tick>,
     /// Why the file cannot be written any more.
     broken: Option<WriteError>,
 }
@@ -50,14 +48,7 @@ pub(super) fn about_left_out() -> [(String, Value); 2] {
 
 impl Bound {
     pub(super) fn new(file: TraceFile) -> Self {
-        Self {
-            file,
-            cycles_bytes_max: 0,
-            left_out_from: None,
-            cycles_left_out: 0,
-            unwritten_from: None,
-            broken: None,
-        }
+        Self { file, cycles_bytes_max: 0, left_out_from: None, cycles_left_out: 0, broken: None }
     }
 
     /// Whether nothing of `tick` is kept any more.
@@ -82,7 +73,7 @@ impl Bound {
             self.cut(tick, now_ns);
         }
         if !self.leaves_out(tick) {
-            self.add(tick, arena.bytes());
+            self.add(tick, arena);
         }
         arena.clear();
     }
@@ -90,10 +81,10 @@ impl Bound {
     /// Keeps cycles of ticks before or at `tick`, if there is room; forgets them in any case.
     pub(super) fn keep_cycles(&mut self, tick: Tick, now_ns: u64, cycles: &mut Cycles) {
         let count = mem::take(&mut cycles.count);
-        if cycles.events.length() + MARGIN <= self.file.room() {
-            self.add(tick, cycles.events.bytes());
+        if self.broken.is_none() && cycles.events.length() + MARGIN <= self.file.room() {
+            self.add(tick, &cycles.events);
         } else {
-            // More of them have come than room was kept for.
+            // More of them have come than room was kept for, or there is no room at all.
             self.cycles_left_out += count;
             self.cut(tick, now_ns);
         }
@@ -109,7 +100,7 @@ impl Bound {
         let mut mark = Events::default();
         let args = json!({ "tick": tick });
         mark.instant(Scope::All, Track::ARENA, now_ns, "trace", "the trace is full", &args);
-        self.add(tick, mark.bytes());
+        self.add(tick, &mark);
         self.file.say("first_tick_left_out", tick);
         tracing::warn!(
             "the trace is full: from tick {tick} on everything is left out (--trace-max-mb makes it longer, \
@@ -123,8 +114,8 @@ impl Bound {
     /// If the trace ends early, because it could not be written.
     pub(super) fn finish(&mut self) -> Result<(), WriteError> {
         self.file.say("cycles_left_out", self.cycles_left_out);
+        let written = self.file.write();
         if self.broken.is_none() {
-            let written = self.file.write();
             self.see(written);
         }
         match self.broken.take() {
@@ -137,32 +128,29 @@ impl Bound {
         }
     }
 
-    /// Adds events of `tick`.
-    fn add(&mut self, tick: Tick, events: &[u8]) {
+    /// Adds events of `tick`, and of cycles before it.
+    fn add(&mut self, tick: Tick, events: &Events) {
         if self.broken.is_some() {
             return;
         }
-        self.unwritten_from.get_or_insert(tick);
-        let written = self.file.add(events);
+        let written = self.file.add(tick, events.bytes(), events.cuts());
         self.see(written);
     }
 
-    /// Sees whether the file can still be written.
-    fn see(&mut self, written: Result<(), WriteError>) {
-        match written {
-            Ok(()) if self.file.is_written() => self.unwritten_from = None,
-            Ok(()) => {}
-            Err(error) => {
-                tracing::warn!("the trace ends here: {error}");
-                if let (None, Some(tick)) = (self.left_out_from, self.unwritten_from) {
-                    self.left_out_from = Some(tick);
-                    self.file.say("first_tick_left_out", tick);
-                    // Where this has no room, the trace is whole without it.
-                    let _ = self.file.write();
-                }
-                self.broken = Some(error);
-            }
+    /// Sees whether the file can still be written, and what is lost if it cannot.
+    fn see(&mut self, written: Result<(), (WriteError, Lost)>) {
+        let Err((error, lost)) = written else { return };
+        tracing::warn!("the trace ends here: {error}");
+        self.broken = Some(error);
+        self.cycles_left_out += lost.cycles;
+        self.file.say("cycles_left_out", self.cycles_left_out);
+        if let Some(tick) = lost.first_tick {
+            let from = self.left_out_from.map_or(tick, |from| from.min(tick));
+            self.left_out_from = Some(from);
+            self.file.say("first_tick_left_out", from);
         }
+        // Where this has no room, the trace is whole without it.
+        let _ = self.file.write();
     }
 }
 

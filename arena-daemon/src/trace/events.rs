@@ -41,12 +41,33 @@ pub(super) enum Scope {
 #[derive(Debug, Default)]
 pub(super) struct Events {
     text: Vec<u8>,
+    cuts: Vec<Cut>,
+}
+
+/// The end of events that belong together, as both ends of an arrow do: on a full disk all of them are kept, or none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cut {
+    /// Where it is, bytes.
+    pub(super) end: usize,
+    /// The tick of the agent's cycle that they are, if they are one.
+    pub(super) cycle: Option<Tick>,
 }
 
 impl Events {
     /// As bytes.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.text
+    }
+
+    /// Where they may be cut, in their order.
+    pub(super) fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// Makes what follows the first so many `cuts` one agent's cycle in `tick`.
+    pub(super) fn join_cycle(&mut self, cuts: usize, tick: Tick) {
+        self.cuts.truncate(cuts);
+        self.cuts.push(Cut { end: self.text.len(), cycle: Some(tick) });
     }
 
     /// How many bytes.
@@ -57,6 +78,7 @@ impl Events {
     /// Forgets them.
     pub(super) fn clear(&mut self) {
         self.text.clear();
+        self.cuts.clear();
     }
 
     /// The name of a process.
@@ -95,7 +117,7 @@ impl Events {
     /// A packet on its way. `id` is of no other packet.
     pub(super) fn packet(&mut self, id: u64, (sender, sent_ns): (Track, u64), (receiver, ns): (Track, u64)) {
         let (sent, received) = (At(sender, sent_ns), At(receiver, ns));
-        self.add(format_args!(r#"{{"ph":"s",{sent},"id":{id},"cat":"packet","name":"packet"}}"#));
+        self.add_part(format_args!(r#"{{"ph":"s",{sent},"id":{id},"cat":"packet","name":"packet"}}"#));
         self.add(format_args!(
             r#"{{"ph":"f","bp":"e",{received},"id":{id},"cat":"packet","name":"packet"}}"#
         ));
@@ -122,6 +144,12 @@ impl Events {
     }
 
     fn add(&mut self, event: fmt::Arguments<'_>) {
+        self.add_part(event);
+        self.cuts.push(Cut { end: self.text.len(), cycle: None });
+    }
+
+    /// Adds an event that belongs to the next one.
+    fn add_part(&mut self, event: fmt::Arguments<'_>) {
         self.text.extend_from_slice(b",\n");
         self.text.write_fmt(event).expect("memory takes all that is written to it");
     }

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! What ends it is written with every piece, and written over by the next one. So a run that is killed leaves a trace
-//! that can be read. On a disk that is full it is cut back to its last whole event; what ends it finds room where the
-//! piece that did not fit was begun.
+//! that can be read. On a disk that is full it is cut back to the last events that were added together and fit, so that no
+//! arrow loses its head; what ends it finds room where the piece that did not fit was begun.
 
 use std::{
     fs::{self, File},
@@ -19,10 +19,10 @@ use std::{
 };
 
 use files::WriteError;
+use protocol::percept::Tick;
 use serde_json::{Map, Value};
 
-/// Separator of two events. Within one there is no end of a line.
-const BETWEEN_EVENTS: &[u8] = b",\n";
+use super::events::Cut;
 
 /// Events are written once there are so many bytes of them, or after a second.
 const PIECE: usize = 256 << 10;
@@ -37,12 +37,32 @@ pub(super) struct TraceFile {
     length: u64,
     /// What follows it, and is not written yet.
     pending: Vec<u8>,
+    /// Groups of events in it that belong together.
+    groups: Vec<Group>,
     bytes_max: u64,
     written: Instant,
     /// What is said about the trace at its end.
     about: Map<String, Value>,
     /// End of the file as it is on disk.
     end_written: String,
+}
+
+/// Events that belong together: all of them are kept, or none.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    /// Where they end in what is pending.
+    end: usize,
+    tick: Tick,
+    is_cycle: bool,
+}
+
+/// Events that could not be written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Lost {
+    /// The first tick of which something is missing; `None` if nothing is.
+    pub(super) first_tick: Option<Tick>,
+    /// Whole cycles of agents among them.
+    pub(super) cycles: u64,
 }
 
 impl TraceFile {
@@ -62,6 +82,7 @@ impl TraceFile {
             file: File::create_new(path).map_err(|error| WriteError::new(path, error))?,
             length: 0,
             pending: format!("{{\"traceEvents\":[\n{first}").into_bytes(),
+            groups: Vec::new(),
             bytes_max,
             written: Instant::now(),
             about,
@@ -69,7 +90,7 @@ impl TraceFile {
         };
         match file.write() {
             Ok(()) => Ok(file),
-            Err(error) => {
+            Err((error, _)) => {
                 let _ = fs::remove_file(path);
                 Err(error)
             }
@@ -96,17 +117,20 @@ impl TraceFile {
         self.about.insert(what.into(), value.into());
     }
 
-    /// Whether all events are written.
-    pub(super) fn is_written(&self) -> bool {
-        self.pending.is_empty()
-    }
-
-    /// Adds events.
+    /// Adds `events` of `tick` and of cycles before it, which may be cut at `cuts`.
     ///
     /// # Errors
     /// If they cannot be written, as in [`write`](Self::write).
-    pub(super) fn add(&mut self, events: &[u8]) -> Result<(), WriteError> {
+    pub(super) fn add(&mut self, tick: Tick, events: &[u8], cuts: &[Cut]) -> Result<(), (WriteError, Lost)> {
+        let begin = self.pending.len();
         self.pending.extend_from_slice(events);
+        // What is no cycle may belong to any of them.
+        let earliest = cuts.iter().filter_map(|cut| cut.cycle).min().map_or(tick, |cycle| cycle.min(tick));
+        self.groups.extend(cuts.iter().map(|cut| Group {
+            end: begin + cut.end,
+            tick: cut.cycle.unwrap_or(earliest),
+            is_cycle: cut.cycle.is_some(),
+        }));
         if self.pending.len() >= PIECE || self.written.elapsed() >= AT_LEAST_EVERY {
             self.write()?;
         }
@@ -116,22 +140,26 @@ impl TraceFile {
     /// Writes what is pending.
     ///
     /// # Errors
-    /// If not all of it can be written. The file is whole all the same: it ends with the last event that fits.
-    pub(super) fn write(&mut self) -> Result<(), WriteError> {
-        let (pending, end) = (mem::take(&mut self.pending), self.end());
+    /// If not all of it can be written. The file is whole all the same: it ends with the last events that fit, and the
+    /// others are lost.
+    pub(super) fn write(&mut self) -> Result<(), (WriteError, Lost)> {
+        let (pending, groups, end) = (mem::take(&mut self.pending), mem::take(&mut self.groups), self.end());
         let written = self.put(&pending, end.clone());
+        let mut lost = Lost::default();
         if written.is_err() {
             // Whatever has been there has room there.
             let there =
                 self.file.metadata().map_or(0, |file| file.len().saturating_sub(self.length)) as usize;
             let end = if end.len() <= there { end } else { self.end_written.clone() };
-            let fits = &pending[..pending.len().min(there.saturating_sub(end.len()))];
-            let whole = fits.windows(BETWEEN_EVENTS.len()).rposition(|bytes| bytes == BETWEEN_EVENTS);
+            let room = there.saturating_sub(end.len());
+            let (kept, gone) = groups.split_at(groups.partition_point(|group| group.end <= room));
+            lost.first_tick = gone.iter().map(|group| group.tick).min();
+            lost.cycles = gone.iter().filter(|group| group.is_cycle).count() as u64;
             // If not even this can be done, the reader of the error knows of the file.
-            let _ = self.put(&fits[..whole.unwrap_or(0)], end);
+            let _ = self.put(&pending[..kept.last().map_or(0, |group| group.end)], end);
         }
         self.written = Instant::now();
-        written.map_err(|error| WriteError::new(&self.path, error))
+        written.map_err(|error| (WriteError::new(&self.path, error), lost))
     }
 
     /// Puts `events` and `end` where the file ends so far.
@@ -165,12 +193,12 @@ mod tests {
         assert_eq!(read()["traceEvents"], serde_json::json!([0]));
         file.say("first_tick_left_out", Value::Null);
         let many = ",1".repeat(PIECE / 2);
-        file.add(many.as_bytes()).unwrap();
+        file.add(0, many.as_bytes(), &[]).unwrap();
         assert_eq!(read()["traceEvents"].as_array().unwrap().len(), 1 + PIECE / 2, "a piece is written");
-        file.add(b",2").unwrap();
+        file.add(0, b",2", &[]).unwrap();
         file.say("first_tick_left_out", 7);
         let room = file.room();
-        file.add(",3".repeat(room as usize / 2).as_bytes()).unwrap();
+        file.add(0, ",3".repeat(room as usize / 2).as_bytes(), &[]).unwrap();
         file.write().unwrap();
         let whole = read();
         assert_eq!(whole["otherData"], serde_json::json!({ "robots": 3, "first_tick_left_out": 7 }));

@@ -180,6 +180,7 @@ impl Recording {
         let &CycleTimes { robot, tick, woke_ns, .. } = cycle;
         self.name(robot);
         self.cycles.count += 1;
+        let cuts = self.cycles.events.cuts().len();
         let (index, track, end_ns) = (robot as usize, Track::robot(robot), woke_ns + cycle.cycle_ns());
         let last_end_ns = self.last_end_ns[index].replace(end_ns).unwrap_or(0);
         // A timer may be due while the last cycle is still going on.
@@ -202,6 +203,7 @@ impl Recording {
             }
             at_ns += stage_ns;
         }
+        self.cycles.events.join_cycle(cuts, tick);
     }
 
     /// What went wrong without being planned, from the beginning of the run.

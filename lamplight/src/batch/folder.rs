@@ -38,7 +38,7 @@ const SUMMARY: &str = "summary.json";
 /// Columns of `trials.csv` before those of the sweeps.
 const KEYS: [&str; 4] = ["setting", "trial", "seed", "robots"];
 /// Columns of `trials.csv` that name no sweep.
-pub(crate) const COLUMNS: [&str; 32] = [
+pub(crate) const COLUMNS: [&str; 33] = [
     "setting",
     "trial",
     "seed",
@@ -67,6 +67,7 @@ pub(crate) const COLUMNS: [&str; 32] = [
     "robots_alive",
     "robots_paused",
     "robots_without_error",
+    "robots_with_open_cell",
     "robots_without_mass",
     "packets_in_range",
     "packets_heard",
@@ -397,8 +398,9 @@ fn row(trial: &Trial<'_>, done: &Done) -> Vec<String> {
     row.extend([end.mean_error_m, end.max_error_m, end.mean_true_error_m, end.cost_h].map(perhaps));
     row.extend([*exact_cost_h, end.cell_agreement].map(perhaps));
     row.extend([end.mean_peak_distance_m, end.mean_lamp_distance_m].map(perhaps));
-    let robots = [end.robots_alive, end.robots_paused, end.robots_without_error, end.robots_without_mass];
-    row.extend(robots.map(|count| count.to_string()));
+    row.extend([end.robots_alive, end.robots_paused].map(|count| count.to_string()));
+    row.extend([end.robots_without_error, end.robots_with_open_cell].map(|count| count.to_string()));
+    row.push(end.robots_without_mass.to_string());
     row.extend([end.packets.in_range, end.packets.heard].map(|count| count.to_string()));
     row.push(record.digest.clone());
     row

@@ -22,6 +22,12 @@ const SHOWN: [(&str, &str); 6] = [
     ("mean_lamp_distance_m", "m to the lamps"),
 ];
 
+/// Shown where there is one: goals far outside the arena make means of errors large.
+const OPEN: (&str, &str) = (
+    "robots_with_open_cell",
+    "robots with an open cell (controller.cell_cap_m or arena.boundary_sensing = true closes it)",
+);
+
 /// A batch in one object.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Summary {
@@ -129,7 +135,9 @@ impl Summary {
             let ended: Vec<String> =
                 setting.ended.iter().map(|(how, count)| format!("{count} {how}")).collect();
             writeln!(text, ", {} trials ({})", self.trials, ended.join(", "))?;
-            for (column, what) in SHOWN {
+            let has_open_cells =
+                setting.measures.get(OPEN.0).and_then(|open| open.of).is_some_and(|of| of.max > 0.0);
+            for (column, what) in SHOWN.into_iter().chain(has_open_cells.then_some(OPEN)) {
                 let Some(Statistics { count, none, of: Some(of) }) = setting.measures.get(column) else {
                     continue;
                 };

@@ -4,7 +4,6 @@ use std::{
     env,
     fs::{self, File},
     io,
-    os::unix::process::CommandExt,
     path::{Path, PathBuf},
     process::{self, Child, Command, ExitStatus, Stdio},
     thread,
@@ -20,7 +19,7 @@ use rustix::process::{Pid, Signal};
 use serde_json::Value;
 
 use crate::{
-    children::{Children, tell},
+    children::{self, Children, tell},
     name,
 };
 
@@ -79,16 +78,14 @@ impl Workshop {
         let name = name::unique(&format!("fuzz-{seed}"));
         let file = |name: &str| self.file(name);
         let mut group = self.children.lock();
-        let child = Command::new(env::current_exe().context("cannot find our own program")?)
+        let mut command = Command::new(env::current_exe().context("cannot find our own program")?);
+        command
             .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string(), "--"])
             .arg(file("scenario.toml"))
             .stdin(Stdio::null())
             .stdout(File::create(file("stdout"))?)
-            .stderr(File::create(file("stderr"))?)
-            // Ctrl-C and Ctrl-Z reach it through us alone.
-            .process_group(0)
-            .spawn()
-            .context("cannot start ourselves as processes")?;
+            .stderr(File::create(file("stderr"))?);
+        let child = children::start(&mut command).context("cannot start ourselves as processes")?;
         group.head = Some(Pid::from_child(&child));
         drop(group);
         let status = self.ended(child, stop)?;

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! In:  a text, and the summary of a run.
-//! Out: whether it holds. Only numbers and texts have an order; null is equal to itself alone.
+//! Out: whether it is known to hold. Only numbers and texts have an order; null is equal to itself alone, and of an order
+//! with null neither it nor its opposite holds.
 
 use std::{cmp::Ordering, fmt, str::FromStr};
 
@@ -84,9 +85,9 @@ impl Expression {
         outcome
     }
 
-    /// Whether it holds. A value that the summary does not have counts as null.
+    /// Whether it is known to hold. A value that the summary does not have counts as null.
     pub(crate) fn holds(&self, summary: &Value) -> bool {
-        self.root.holds(summary)
+        self.root.holds(summary) == Some(true)
     }
 
     /// The values it asks about, as the summary has them: `mean_error_m is 0.02, ended is "finished"`.
@@ -126,11 +127,19 @@ impl FromStr for Expression {
 }
 
 impl Node {
-    fn holds(&self, summary: &Value) -> bool {
+    /// Whether it holds; `None` if that depends on how null compares with something that has an order (Kleene's logic:
+    /// of what is not known, neither it nor its opposite holds).
+    fn holds(&self, summary: &Value) -> Option<bool> {
         match self {
-            Self::Either(left, right) => left.holds(summary) || right.holds(summary),
-            Self::Both(left, right) => left.holds(summary) && right.holds(summary),
-            Self::Not(node) => !node.holds(summary),
+            Self::Either(left, right) => match (left.holds(summary), right.holds(summary)) {
+                (Some(true), _) | (_, Some(true)) => Some(true),
+                (left, right) => Some(left? || right?),
+            },
+            Self::Both(left, right) => match (left.holds(summary), right.holds(summary)) {
+                (Some(false), _) | (_, Some(false)) => Some(false),
+                (left, right) => Some(left? && right?),
+            },
+            Self::Not(node) => node.holds(summary).map(|holds| !holds),
             Self::Compare(left, operator, right) => operator.holds(left.value(summary), right.value(summary)),
         }
     }
@@ -196,21 +205,24 @@ impl Operator {
         (">", Self::More),
     ];
 
-    fn holds(self, left: &Value, right: &Value) -> bool {
+    /// Whether it holds; `None` for an order in which one is null.
+    fn holds(self, left: &Value, right: &Value) -> Option<bool> {
         let order = match (left, right) {
             (Value::Number(left), Value::Number(right)) => order(left, right),
             (Value::String(left), Value::String(right)) => Some(left.cmp(right)),
             _ => (left == right).then_some(Ordering::Equal),
         };
-        // Things that are equal but have no order, such as null and null.
-        let ordered = matches!(left, Value::Number(_) | Value::String(_));
+        let is_equal = order == Some(Ordering::Equal);
         match self {
-            Self::Equal => order == Some(Ordering::Equal),
-            Self::Unequal => order != Some(Ordering::Equal),
-            Self::Less => order == Some(Ordering::Less),
-            Self::More => order == Some(Ordering::Greater),
-            Self::AtMost => ordered && order.is_some_and(Ordering::is_le),
-            Self::AtLeast => ordered && order.is_some_and(Ordering::is_ge),
+            Self::Equal => Some(is_equal),
+            Self::Unequal => Some(!is_equal),
+            _ if left.is_null() || right.is_null() => None,
+            // Other things that are equal have no order.
+            _ if !matches!(left, Value::Number(_) | Value::String(_)) => Some(false),
+            Self::Less => Some(order == Some(Ordering::Less)),
+            Self::More => Some(order == Some(Ordering::Greater)),
+            Self::AtMost => Some(order.is_some_and(Ordering::is_le)),
+            Self::AtLeast => Some(order.is_some_and(Ordering::is_ge)),
         }
     }
 }
@@ -526,6 +538,19 @@ mod tests {
         assert!(holds("converged_at_s != 5"));
         assert!(holds("converged_at_s == faults.1.fired_tick"));
         assert!(!holds("converged_at_s <= null"));
+    }
+
+    #[test]
+    fn neither_an_order_with_null_nor_its_opposite_holds() {
+        let unknown = "converged_at_s < 5";
+        for doubtful in
+            [format!("not {unknown}"), format!("not not {unknown}"), format!("{unknown} or {unknown}")]
+        {
+            assert!(!holds(&doubtful), "{doubtful}");
+        }
+        assert!(holds(&format!("{unknown} or converged_at_s == null")), "what is known suffices");
+        assert!(holds(&format!("not ({unknown} and converged_at_s != null)")));
+        assert!(holds("not converged_at_s == 5"));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Columns of `trials.csv` and their names.
-const MEASURES: [(&str, &str); 9] = [
+const MEASURES: [(&str, &str); 10] = [
     ("mean_error_m", "mean ‖ê‖ (m)"),
     ("mean_true_error_m", "mean ‖C − p‖ (m)"),
     ("cost_h", "H"),
@@ -20,6 +20,7 @@ const MEASURES: [(&str, &str); 9] = [
     ("mean_peak_distance_m", "distance to the peak (m)"),
     ("mean_lamp_distance_m", "distance to the lamps (m)"),
     ("robots_alive", "robots alive"),
+    ("robots_with_open_cell", "robots with an open cell"),
     ("virtual_time_s", "virtual time (s)"),
 ];
 

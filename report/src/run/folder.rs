@@ -53,6 +53,13 @@ impl Run {
         if let Some(failure) = summary.as_ref().and_then(|summary| summary.get("failure")?.as_str()) {
             notes.push(format!("The run failed: {failure}"));
         }
+        let open = summary.as_ref().and_then(|summary| summary.get("robots_with_open_cell")?.as_u64());
+        if let Some(robots @ 1..) = open {
+            notes.push(format!(
+                "Open cells at the end: {robots}, with goals farther away than the arena's diagonal. \
+                 controller.cell_cap_m or arena.boundary_sensing = true closes them."
+            ));
+        }
         let unwritten = summary.as_ref().and_then(|summary| summary.get("unwritten")?.as_array());
         notes.extend(unwritten.into_iter().flatten().filter_map(Value::as_str).map(str::to_owned));
         let mut read = |name: &str| -> Result<Option<Rows>, ReportError> {
@@ -107,7 +114,8 @@ impl Poses {
 fn bodies(rows: &Rows) -> Result<Vec<Body>, ReportError> {
     let is = |word: &str| matches!(word, "true" | "1");
     let (xs, ys, alive) = (rows.full("x_m")?, rows.full("y_m")?, rows.words("alive")?);
-    let paused = rows.words("paused")?;
+    // Older runs call who is paused not alive.
+    let paused = if rows.has("paused") { rows.words("paused")? } else { vec!["false"; rows.len()] };
     let bodies = xs.into_iter().zip(ys).zip(alive.into_iter().zip(paused));
     Ok(bodies.map(|(at, (alive, paused))| Body { at, present: is(alive) && !is(paused) }).collect())
 }
