@@ -13,6 +13,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
+use anstream::adapter::strip_bytes;
 use anyhow::Context;
 use arena_daemon::progress::{beside_live_line, init_log};
 use files::{Lines, WriteError};
@@ -96,7 +97,9 @@ impl Kept {
         Self { path, file: None, bytes: 0, left_out: 0, is_broken: false, most }
     }
 
+    /// Keeps a line, without the colors of a terminal.
     fn keep(&mut self, line: &[u8]) -> Result<(), WriteError> {
+        let line = &strip_bytes(line).into_vec()[..];
         // Once something is left out, so is all that follows: a log with holes would deceive.
         if self.left_out > 0 || self.bytes + line.len() as u64 > self.most {
             self.left_out += 1;
@@ -218,6 +221,14 @@ mod tests {
         let expected = format!(" WARN {}: 3 lines are left out\n", path.display());
         assert_eq!(std::str::from_utf8(told.bytes()).unwrap(), expected);
         assert_eq!(fs::read_to_string(path).unwrap(), format!("1234\n{expected}"));
+    }
+
+    #[test]
+    fn what_is_colored_on_a_terminal_is_kept_plain() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.txt");
+        Kept::new(path.clone(), 100).keep(b"\x1b[33m WARN\x1b[0m tick 3: look\n").unwrap();
+        assert_eq!(fs::read_to_string(path).unwrap(), " WARN tick 3: look\n");
     }
 
     #[test]
