@@ -66,7 +66,7 @@ fn median(trials: &[&Vec<Point>]) -> Vec<Point> {
 
 /// The same line with fewer points, broken where it is not positive.
 fn flattened(line: &[Point]) -> Vec<Point> {
-    let pieces = line.split(|point| !(point.1 > 0.0)).filter(|piece| !piece.is_empty());
+    let pieces = line.split(|point| point.1 <= 0.0 || point.1.is_nan()).filter(|piece| !piece.is_empty());
     pieces.map(simplified).collect::<Vec<_>>().join(&GAP)
 }
 
