@@ -280,3 +280,18 @@ fn a_run_on_a_full_disk_keeps_its_summary_and_says_what_is_incomplete() {
     assert!(errors.contains("poses.csv: No space left on device (os error 28); make room"), "{errors}");
     assert!(told.contains("status 1\n  \\n\nstatus 0\n"), "{}", said(&output));
 }
+
+#[test]
+fn a_disk_that_other_results_fill_has_room_for_the_summary() {
+    let file = scenario("swarmbots");
+    let script = "head -c 16384 /dev/zero > \"$1/other\"; \
+                  \"$2\" run \"$3\" --engine in-process --quiet --duration 60 --set output.metrics_every_s=0.1 --out \"$1/out\" \
+                  > \"$1/told\"; echo \"status $?\"; cat \"$1/out/summary.json\"";
+    let Some(output) = on_a_small_disk(script, &[file.as_os_str()]) else { return };
+    let told = String::from_utf8_lossy(&output.stdout);
+    let summary = told.strip_prefix("status 1\n").unwrap_or_else(|| panic!("{}", said(&output)));
+    let summary: Value =
+        serde_json::from_str(summary).unwrap_or_else(|error| panic!("{error}: {}", said(&output)));
+    let incomplete = summary["unwritten"][0].as_str().unwrap();
+    assert!(incomplete.contains("metrics.csv: No space left on device"), "{incomplete}");
+}
