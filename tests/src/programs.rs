@@ -124,6 +124,23 @@ impl Run {
     }
 }
 
+/// `command` with its arguments, before the program that it shall run; `None`, and a line that says so, where it does not
+/// run even `true`: it is not installed, or not allowed to.
+pub fn under(command: &[&str]) -> Option<Command> {
+    let begun = || {
+        let mut begun = Command::new(command[0]);
+        begun.args(&command[1..]);
+        begun
+    };
+    let tried = begun().arg("true").output();
+    if !tried.as_ref().is_ok_and(|output| output.status.success()) {
+        let why = tried.map_or_else(|error| error.to_string(), |output| said(&output));
+        eprintln!("SKIPPED: {} cannot be used here: {why}", command.join(" "));
+        return None;
+    }
+    Some(begun())
+}
+
 /// All that a program said, for a message.
 pub fn said(output: &Output) -> String {
     format!(

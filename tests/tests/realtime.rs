@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{thread, time::Duration};
+use std::{process::Output, thread, time::Duration};
 
 use rustix::process::Signal;
 use tests::{
     live::{LiveRun, signal},
-    programs::said,
+    programs::{Run, said},
 };
 
 /// Long enough that whoever sleeps through it is late by any measure.
@@ -51,23 +51,28 @@ fn whoever_is_stopped_has_missed_its_deadlines_and_nobody_else_is_blamed() {
     assert_eq!(run.summary["agents"]["missed_deadlines"], missed.iter().sum::<u64>());
 }
 
+/// A run whose arena is stopped for a while once robots move, to its end.
+fn with_its_arena_stopped(options: &[&str]) -> (Output, Option<Run>) {
+    let run = LiveRun::start("swarmbots", options);
+    run.wait_until_moving();
+    let arena = run.arena().unwrap();
+    signal(arena, Signal::STOP);
+    thread::sleep(LONG);
+    signal(arena, Signal::CONT);
+    run.finish()
+}
+
 #[test]
 fn an_arena_that_is_late_says_by_how_much_and_fails_if_so_asked() {
     for (overload, succeeds) in [("report", true), ("slow-clock", true), ("fail", false)] {
         let options = ["--mode", "realtime", "--duration", "5", "--robots", "4", "--overload", overload];
-        let run = LiveRun::start("swarmbots", &options);
-        run.wait_until_moving();
-        let arena = run.arena().unwrap();
-        signal(arena, Signal::STOP);
-        thread::sleep(LONG);
-        signal(arena, Signal::CONT);
-        let (output, left) = run.finish();
+        let (output, left) = with_its_arena_stopped(&options);
         assert_eq!(output.status.success(), succeeds, "{overload}: {}", said(&output));
         assert!(said(&output).contains("does not keep up"), "{overload}: {}", said(&output));
+        let lag = left.unwrap().summary["lag"].clone();
+        let number = |key: &str| lag[key].as_f64().unwrap();
+        assert!(number("late_ticks") >= 1.0 && number("behind_max_s") > 1.0, "{overload}: {lag}");
         if succeeds {
-            let lag = left.unwrap().summary["lag"].clone();
-            let number = |key: &str| lag[key].as_f64().unwrap();
-            assert!(number("late_ticks") >= 1.0 && number("behind_max_s") > 1.0, "{overload}: {lag}");
             // Half a second is made up for where that is allowed.
             let lost_s = number("behind_max_s") - if overload == "report" { 0.5 } else { 0.0 };
             assert!(number("lost_s") >= lost_s - 1e-6, "{overload}: {lag}");
@@ -79,13 +84,7 @@ fn an_arena_that_is_late_says_by_how_much_and_fails_if_so_asked() {
 fn an_arena_that_was_stopped_does_not_take_robots_that_lost_their_cells_for_converged() {
     let options =
         ["--mode", "realtime", "--duration", "4", "--robots", "8", "--set", "convergence.stop=true"];
-    let run = LiveRun::start("swarmbots", &options);
-    run.wait_until_moving();
-    let arena = run.arena().unwrap();
-    signal(arena, Signal::STOP);
-    thread::sleep(LONG);
-    signal(arena, Signal::CONT);
-    let (output, left) = run.finish();
+    let (output, left) = with_its_arena_stopped(&options);
     assert!(output.status.success(), "{}", said(&output));
     let summary = left.unwrap().summary;
     // What it converges to takes a minute.

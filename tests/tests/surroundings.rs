@@ -7,23 +7,12 @@ use std::process::Command;
 use serde_json::Value;
 use tests::{
     live::LiveRun,
-    programs::{lamplight, program, said, scenario},
+    programs::{lamplight, program, said, scenario, under},
 };
 
 /// `unshare` with `flags`; `None`, and a line that says so, where we may not have such a namespace.
 fn unshare(flags: &[&str]) -> Option<Command> {
-    let command = || {
-        let mut command = Command::new("unshare");
-        command.args(flags);
-        command
-    };
-    let tried = command().arg("true").output();
-    if !tried.as_ref().is_ok_and(|output| output.status.success()) {
-        let why = tried.map_or_else(|error| error.to_string(), |output| said(&output));
-        eprintln!("SKIPPED: no namespace of our own here (unshare {}): {why}", flags.join(" "));
-        return None;
-    }
-    Some(command())
+    under(&[&["unshare"], flags].concat())
 }
 
 #[test]

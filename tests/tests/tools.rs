@@ -2,34 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use std::{
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::path::{Path, PathBuf};
 
 use tests::{
     live::LiveRun,
-    programs::{Run, program, said},
+    programs::{Run, program, said, under},
 };
 
 const OPTIONS: [&str; 4] = ["--robots", "4", "--duration", "5"];
-
-/// `tool` with its arguments, before the program that it shall run; `None`, and a line that says so, where it does not
-/// run even `true`: it is not installed, or not allowed to.
-fn command(tool: &[&str]) -> Option<Command> {
-    let command = || {
-        let mut command = Command::new(tool[0]);
-        command.args(&tool[1..]);
-        command
-    };
-    let tried = command().arg("true").output();
-    if !tried.as_ref().is_ok_and(|output| output.status.success()) {
-        let why = tried.map_or_else(|error| error.to_string(), |output| said(&output));
-        eprintln!("SKIPPED: {} cannot be used here: {why}", tool.join(" "));
-        return None;
-    }
-    Some(command())
-}
 
 /// The agent as cargo builds it.
 fn plain() -> PathBuf {
@@ -43,7 +23,7 @@ fn lean() -> Option<PathBuf> {
 
 /// A run in which robot 3 is driven by `agent` under `tool` goes as it would without.
 fn runs_under(tool: &[&str], agent: &Path) {
-    let Some(mut command) = command(tool) else { return };
+    let Some(mut command) = under(tool) else { return };
     let patient = ["--by-hand", "3", "--set", "processes.hang_timeout_s=100"];
     let run = LiveRun::start("swarmbots", &[&OPTIONS[..], &patient].concat());
     run.wait_until_open();
