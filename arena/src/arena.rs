@@ -267,7 +267,7 @@ impl Arena {
         }
         let (commands, plan) = (&self.commands, &mut self.plan);
         self.world.advance(self.scenario.step_s.get(), |robot, course| {
-            commands[robot].is_some().then(|| plan.driven(tick, robot as u32, course))
+            commands[robot].and_then(|_| plan.driven(tick, robot as u32, course))
         });
         for (bumped, now) in self.bumped.iter_mut().zip(self.world.bumped()) {
             *bumped |= now;

@@ -248,9 +248,9 @@ impl FaultPlan {
         }
     }
 
-    /// How robot `robot` moves when it is told to move with `velocity`.
-    pub fn driven(&mut self, tick: Tick, robot: u32, velocity: BodyVector) -> BodyVector {
-        let mut velocity = velocity;
+    /// How robot `robot` moves when it is told to move with `velocity`; `None` if it is stuck, and yields to nobody.
+    pub fn driven(&mut self, tick: Tick, robot: u32, velocity: BodyVector) -> Option<BodyVector> {
+        let mut velocity = Some(velocity);
         for fault in self.active_on(robot) {
             if fault.rule.drive(&mut velocity) {
                 fault.line.did(tick, "moves falsified", robot);

@@ -9,6 +9,7 @@
 pub mod arena;
 pub mod caution;
 pub mod channel;
+mod contacts;
 mod delaunay;
 pub mod digest;
 pub mod fault;

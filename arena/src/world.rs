@@ -4,15 +4,10 @@ use nalgebra::Vector2;
 use protocol::{frame::BodyVector, units::wrapped};
 
 use crate::{
+    contacts::{Contacts, Wanted},
     frame::{ArenaPoint, Pose},
-    grid::Grid,
     scenario::{Drive, Scenario},
 };
-
-/// Rounds in which overlapping bodies push each other apart, per tick.
-const PUSHES_MAX: usize = 16;
-/// Bodies may overlap by this share of their diameter: rounding, not room.
-const TOUCH: f64 = 1e-9;
 
 /// All bodies and the rules they move by.
 #[derive(Clone, Debug)]
@@ -21,23 +16,15 @@ pub struct World {
     /// Where each body is headed.
     courses: Vec<Course>,
     bumped: Vec<bool>,
-    size_m: [f64; 2],
-    radius_m: f64,
     speed_limit_m_per_s: f64,
     drive: Drive,
     turn_limit_rad_per_s: f64,
-    overlaps: Overlaps,
-}
-
-/// Bodies that overlap in a tick; kept for its memory alone.
-#[derive(Clone, Debug, Default)]
-struct Overlaps {
-    /// Where bodies were before they moved.
-    before: Vec<ArenaPoint>,
+    size_m: [f64; 2],
+    contacts: Contacts,
+    /// Where bodies are, how far they would move alone, and whether they can be pushed.
     positions: Vec<ArenaPoint>,
-    grid: Grid,
-    /// Indices, lower first and in order.
-    pairs: Vec<(usize, usize)>,
+    displacements: Vec<Vector2<f64>>,
+    yields: Vec<bool>,
 }
 
 /// A velocity that was told to a body, and its heading then: while the body turns, the course stays.
@@ -64,17 +51,19 @@ impl Course {
 impl World {
     /// The bodies of a scenario at their start.
     pub fn new(scenario: &Scenario, poses: Vec<Pose>) -> Self {
-        let robots = &scenario.robots;
+        let (robots, size_m) = (&scenario.robots, scenario.arena.size_m.get());
         Self {
             courses: vec![Course::NONE; poses.len()],
             bumped: vec![false; poses.len()],
-            poses,
-            size_m: scenario.arena.size_m.get(),
-            radius_m: robots.radius_m.get(),
             speed_limit_m_per_s: robots.speed_limit_m_per_s.map_or(f64::INFINITY, |limit| limit.get()),
             drive: robots.drive,
             turn_limit_rad_per_s: robots.turn_limit_rad_per_s.get(),
-            overlaps: Overlaps::default(),
+            size_m,
+            contacts: Contacts::new(robots.radius_m.get(), size_m),
+            positions: Vec::with_capacity(poses.len()),
+            displacements: Vec::with_capacity(poses.len()),
+            yields: Vec::with_capacity(poses.len()),
+            poses,
         }
     }
 
@@ -94,96 +83,40 @@ impl World {
         self.courses[robot] = Course { velocity, heading: self.poses[robot].heading };
     }
 
+    /// How often bodies stayed where they were because their contacts had no solution that could be found.
+    pub fn unsolved_contacts(&self) -> u64 {
+        self.contacts.unsolved()
+    }
+
     /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
-    /// (both in its body frame); where it says `None` the body stands still.
+    /// (both in its body frame); where it says `None` the body stands still, and does not yield to others.
     pub fn advance(&mut self, step_s: f64, mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>) {
-        self.overlaps.before.clear();
-        self.overlaps.before.extend(self.poses.iter().map(|pose| pose.position));
-        for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
-            let Some(velocity) = drive(robot, course.seen_at(pose.heading)) else { continue };
-            let velocity = velocity.capped(self.speed_limit_m_per_s);
-            *pose = match self.drive {
-                Drive::Holonomic => slid(pose, velocity, step_s),
-                Drive::Differential => driven(pose, velocity, step_s, self.turn_limit_rad_per_s),
-            };
-        }
-        self.bumped.fill(false);
-        self.keep_inside();
-        if self.radius_m > 0.0 {
-            self.push_apart();
-            self.retreat();
-        }
-    }
-
-    /// Walls stop a body at its radius.
-    fn keep_inside(&mut self) {
-        let [width, height] = self.size_m;
-        let (low, high_x, high_y) = (self.radius_m, width - self.radius_m, height - self.radius_m);
-        for (pose, bumped) in self.poses.iter_mut().zip(&mut self.bumped) {
-            let inside =
-                ArenaPoint::new(pose.position.x.clamp(low, high_x), pose.position.y.clamp(low, high_y));
-            *bumped |= inside != pose.position;
-            pose.position = inside;
-        }
-    }
-
-    /// Overlapping bodies share the way apart equally, pair by pair in the order of their indices.
-    fn push_apart(&mut self) {
-        for _ in 0..PUSHES_MAX {
-            self.find_overlaps();
-            if self.overlaps.pairs.is_empty() {
-                return;
-            }
-            for &(a, b) in &self.overlaps.pairs {
-                let apart = self.poses[b].position - self.poses[a].position;
-                let distance = apart.norm();
-                let missing = 2.0 * self.radius_m - distance;
-                // An earlier push of this round may have parted them.
-                if missing > 0.0 {
-                    // Bodies on one spot part along the x axis, lower index to the left.
-                    let along = if distance > 0.0 { apart / distance } else { Vector2::x() };
-                    self.poses[a].position -= along * (missing / 2.0);
-                    self.poses[b].position += along * (missing / 2.0);
-                    (self.bumped[a], self.bumped[b]) = (true, true);
-                }
-            }
-            self.keep_inside();
-        }
-    }
-
-    /// Whoever still overlaps goes back to where it was. That can only free room: the positions
-    /// before this tick did not overlap, so this ends, at the latest with everyone back.
-    fn retreat(&mut self) {
-        loop {
-            self.find_overlaps();
-            let mut moved = false;
-            for &(a, b) in &self.overlaps.pairs {
-                for robot in [a, b] {
-                    moved |= self.poses[robot].position != self.overlaps.before[robot];
-                    self.poses[robot].position = self.overlaps.before[robot];
-                }
-            }
-            if !moved {
-                return;
-            }
-        }
-    }
-
-    /// Looks for pairs whose bodies overlap by more than rounding.
-    fn find_overlaps(&mut self) {
-        let Overlaps { positions, grid, pairs, .. } = &mut self.overlaps;
+        let Self { positions, displacements, yields, .. } = self;
         positions.clear();
-        positions.extend(self.poses.iter().map(|pose| pose.position));
-        let diameter = 2.0 * self.radius_m;
-        grid.sort(positions, self.size_m, diameter);
-        let (positions, grid) = (&*positions, &*grid);
-        pairs.clear();
-        pairs.extend(
-            (0..positions.len())
-                .flat_map(|a| grid.around(&positions[a]).filter(move |&b| a < b).map(move |b| (a, b)))
-                .filter(|&(a, b)| (positions[b] - positions[a]).norm() < diameter * (1.0 - TOUCH)),
-        );
-        pairs.sort_unstable();
+        displacements.clear();
+        yields.clear();
+        let [width, height] = self.size_m;
+        for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
+            let velocity = drive(robot, course.seen_at(pose.heading));
+            let moved = match velocity.map(|velocity| velocity.capped(self.speed_limit_m_per_s)) {
+                None => *pose,
+                Some(velocity) => match self.drive {
+                    Drive::Holonomic => slid(pose, velocity, step_s),
+                    Drive::Differential => driven(pose, velocity, step_s, self.turn_limit_rad_per_s),
+                },
+            };
+            let way = moved.position - pose.position;
+            positions.push(pose.position);
+            // No way is longer than the arena.
+            displacements.push(Vector2::new(way.x.clamp(-width, width), way.y.clamp(-height, height)));
+            yields.push(velocity.is_some());
+            pose.heading = moved.heading;
+        }
+        let wanted = Wanted { displacements, yields };
+        self.contacts.advance(positions, wanted, &mut self.bumped);
+        for (pose, &position) in self.poses.iter_mut().zip(&*positions) {
+            pose.position = position;
+        }
     }
 }
 
@@ -224,12 +157,14 @@ mod tests {
             poses: positions.iter().map(pose).collect(),
             courses: vec![Course::NONE; positions.len()],
             bumped: vec![false; positions.len()],
-            size_m: [2.0, 2.0],
-            radius_m,
             speed_limit_m_per_s: 1.0,
             drive,
             turn_limit_rad_per_s: PI / 2.0,
-            overlaps: Overlaps::default(),
+            size_m: [2.0, 2.0],
+            contacts: Contacts::new(radius_m, [2.0, 2.0]),
+            positions: Vec::new(),
+            displacements: Vec::new(),
+            yields: Vec::new(),
         }
     }
 
@@ -329,8 +264,9 @@ mod tests {
             for velocities in steps {
                 let commands: Vec<_> = velocities.into_iter().map(|(x, y)| go(x, y)).collect();
                 advance(&mut world, 0.3, &commands);
-                world.find_overlaps();
-                prop_assert!(world.overlaps.pairs.is_empty());
+                let apart = |a: usize, b: usize| (world.poses[b].position - world.poses[a].position).norm();
+                prop_assert!((0..36).all(|b| (0..b).all(|a| apart(a, b) >= 0.2 * (1.0 - 1e-9))));
+                prop_assert_eq!(world.unsolved_contacts(), 0);
                 for pose in &world.poses {
                     prop_assert!((0.1..=1.9).contains(&pose.position.x));
                     prop_assert!((0.1..=1.9).contains(&pose.position.y));

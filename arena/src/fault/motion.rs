@@ -19,8 +19,8 @@ impl Motion {
 }
 
 impl Rule for Motion {
-    fn drive(&mut self, velocity: &mut BodyVector) -> bool {
-        *velocity = if self.stuck { BodyVector::HERE } else { BodyVector(velocity.0 + self.drift.0) };
+    fn drive(&mut self, velocity: &mut Option<BodyVector>) -> bool {
+        *velocity = velocity.filter(|_| !self.stuck).map(|velocity| BodyVector(velocity.0 + self.drift.0));
         true
     }
 }

@@ -84,8 +84,8 @@ pub(super) trait Rule: Debug {
         false
     }
 
-    /// Changes how a chosen robot moves; whether it did.
-    fn drive(&mut self, _: &mut BodyVector) -> bool {
+    /// Changes how a chosen robot moves, `None` for not at all and not for others either; whether it did.
+    fn drive(&mut self, _: &mut Option<BodyVector>) -> bool {
         false
     }
 

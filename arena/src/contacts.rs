@@ -1,0 +1,744 @@
+//! Bodies in contact: discs and walls that push each other out of the way.
+//!
+//! Bodies move as they would alone, less what contacts take from it: of all displacements that leave no two bodies
+//! overlapping, the nearest to the wanted ones (Σ|Δ − d|² is least). Two bodies that meet so share the way apart equally,
+//! a row that is pushed moves as one, and no body stands still that has a way to go. Walls, and bodies that do not yield
+//! (killed, paused, stuck), take no share. This is the discrete contact model of Maury and Venel ("A discrete contact
+//! model for crowd motion", 2011); for short steps it tends to Moreau's sweeping process.
+//!
+//! In one step the constraints are linear: n·(Δb − Δa) ≥ bound with a unit vector n, one for each contact. Their
+//! multipliers λ ≥ 0 tell by how far each contact parts its bodies. Projected Gauss-Seidel sweeps find them, which
+//! conjugate gradients make fast (Silcowitz, Niebe and Erleben, "A nonsmooth nonlinear conjugate gradient method for
+//! interactive contact force problems", 2010), beginning with those of the step before. A tick is cut into steps that are
+//! short against a body. Each takes the directions of its contacts halfway, so that bodies that slide around each other
+//! do so to second order in the step.
+
+use nalgebra::Vector2;
+
+use crate::{frame::ArenaPoint, grid::Grid};
+
+/// Bodies may overlap by this share of their diameter: rounding, not room.
+pub(crate) const TOUCH: f64 = 1e-9;
+/// A solution is found when a sweep moves no body by more than this share of a diameter.
+const CONVERGED: f64 = 1e-10;
+/// Longest step, as a share of a diameter.
+const STEP: f64 = 0.02;
+/// Most steps of a tick. Bodies that move farther still do not pass through each other.
+const STEPS_MAX: usize = 64;
+/// Most sweeps of one solution; bodies that still overlap then stay where they were.
+const SWEEPS_MAX: u32 = 2000;
+
+/// The contacts of discs of one radius in a rectangle, with what is remembered of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Contacts {
+    radius_m: f64,
+    size_m: [f64; 2],
+    /// Bodies that stayed where they were because no solution was found for them, tick by tick.
+    unsolved: u64,
+    grid: Grid,
+    /// Pairs that may meet in a tick, lower index first.
+    pairs: Vec<(usize, usize)>,
+    /// Which island each body belongs to, by the index of one of its bodies.
+    islands: Vec<usize>,
+    /// (island, body), in order; only islands in which bodies meet.
+    members: Vec<(usize, usize)>,
+    /// (island, pair), in order.
+    meetings: Vec<(usize, (usize, usize))>,
+    /// Where bodies were before the tick.
+    before: Vec<ArenaPoint>,
+    solver: Solver,
+    /// Multipliers of the last step of the last tick, ordered by their contacts.
+    memory: Vec<(Key, f64)>,
+    /// The same of this tick.
+    news: Vec<(Key, f64)>,
+}
+
+/// A contact by its bodies, or by a body and a wall, whose numbers follow on those of bodies.
+type Key = (usize, usize);
+
+/// What bodies would do if they were alone.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted<'a> {
+    /// Displacement of each, meters.
+    pub(crate) displacements: &'a [Vector2<f64>],
+    /// Whether it can be pushed.
+    pub(crate) yields: &'a [bool],
+}
+
+impl Contacts {
+    /// No contacts yet.
+    pub(crate) fn new(radius_m: f64, size_m: [f64; 2]) -> Self {
+        Self {
+            radius_m,
+            size_m,
+            unsolved: 0,
+            grid: Grid::default(),
+            pairs: Vec::new(),
+            islands: Vec::new(),
+            members: Vec::new(),
+            meetings: Vec::new(),
+            before: Vec::new(),
+            solver: Solver::default(),
+            memory: Vec::new(),
+            news: Vec::new(),
+        }
+    }
+
+    /// How often bodies stayed where they were because no solution was found for them.
+    pub(crate) fn unsolved(&self) -> u64 {
+        self.unsolved
+    }
+
+    /// Moves bodies from `positions`, where they do not overlap, and says which of them were touched.
+    pub(crate) fn advance(&mut self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
+        self.before.clear();
+        self.before.extend_from_slice(positions);
+        // Bodies that are squeezed out may be faster than any that push: then who may meet is looked up anew.
+        let mut reach_m = wanted.displacements.iter().map(Vector2::norm).fold(0.0, f64::max);
+        loop {
+            touched.fill(false);
+            self.find_pairs(reach_m);
+            self.find_islands(wanted);
+            self.move_free(positions, wanted, touched);
+            self.move_islands(positions, wanted, touched);
+            let moved_m = positions.iter().zip(&self.before).map(|(now, before)| (now - before).norm());
+            let farthest_m = moved_m.fold(0.0, f64::max);
+            if farthest_m <= reach_m * (1.0 + TOUCH) || self.pairs.is_empty() {
+                break;
+            }
+            reach_m = 2.0 * farthest_m;
+            positions.copy_from_slice(&self.before);
+        }
+        self.retreat(positions);
+    }
+
+    fn diameter_m(&self) -> f64 {
+        2.0 * self.radius_m
+    }
+
+    /// Lists the pairs that may meet if no body moves farther than `reach_m`.
+    fn find_pairs(&mut self, reach_m: f64) {
+        self.pairs.clear();
+        if self.radius_m == 0.0 {
+            return;
+        }
+        let within_m = self.diameter_m() + 2.0 * reach_m;
+        let Self { grid, pairs, before, size_m, .. } = self;
+        grid.sort(before, *size_m, within_m);
+        for (a, here) in before.iter().enumerate() {
+            let near = |b: &usize| a < *b && (before[*b] - here).norm_squared() < within_m * within_m;
+            pairs.extend(grid.around(here).filter(near).map(|b| (a, b)));
+        }
+    }
+
+    /// Joins pairs to islands, and keeps those in which bodies meet on their ways.
+    fn find_islands(&mut self, wanted: Wanted<'_>) {
+        let Self { islands, pairs, members, meetings, .. } = self;
+        islands.clear();
+        islands.extend(0..self.before.len());
+        for &(a, b) in &*pairs {
+            let (a, b) = (root(islands, a), root(islands, b));
+            islands[a.max(b)] = a.min(b);
+        }
+        for body in 0..islands.len() {
+            islands[body] = root(islands, body);
+        }
+        members.clear();
+        meetings.clear();
+        if pairs.is_empty() {
+            return;
+        }
+        meetings.extend(pairs.iter().map(|&(a, b)| (islands[a], (a, b))));
+        meetings.sort_unstable();
+        let diameter_m = 2.0 * self.radius_m;
+        let (before, size_m, radius_m) = (&self.before, self.size_m, self.radius_m);
+        let leaves = |body: usize| {
+            let target = before[body] + wanted.displacements[body];
+            inside(target, size_m, radius_m) != target
+        };
+        let meet = |&(_, (a, b)): &(usize, (usize, usize))| {
+            let way = wanted.displacements[b] - wanted.displacements[a];
+            closest(before[b] - before[a], way).norm() < diameter_m || leaves(a) || leaves(b)
+        };
+        let mut kept = 0;
+        let mut first = 0;
+        while first < meetings.len() {
+            let island = meetings[first].0;
+            let next = first + meetings[first..].partition_point(|meeting| meeting.0 == island);
+            if meetings[first..next].iter().any(meet) {
+                meetings.copy_within(first..next, kept);
+                kept += next - first;
+            }
+            first = next;
+        }
+        meetings.truncate(kept);
+        members.extend(meetings.iter().flat_map(|&(island, (a, b))| [(island, a), (island, b)]));
+        members.sort_unstable();
+        members.dedup();
+    }
+
+    /// Moves everybody as if alone with the walls.
+    fn move_free(&self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
+        for ((position, wanted), touched) in positions.iter_mut().zip(wanted.displacements).zip(touched) {
+            let target = *position + wanted;
+            *position = inside(target, self.size_m, self.radius_m);
+            *touched = *position != target;
+        }
+    }
+
+    /// Moves those who meet, island by island, from where they were before.
+    fn move_islands(&mut self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
+        let Self { solver, memory, news, before, .. } = self;
+        news.clear();
+        solver.begin(positions.len(), wanted.yields);
+        let (mut members, mut meetings) = (&self.members[..], &self.meetings[..]);
+        while let Some(&(island, _)) = members.first() {
+            let (own, others) = members.split_at(members.partition_point(|member| member.0 == island));
+            let (pairs, rest) = meetings.split_at(meetings.partition_point(|meeting| meeting.0 == island));
+            (members, meetings) = (others, rest);
+            for &(_, body) in own {
+                positions[body] = before[body];
+                touched[body] = false;
+            }
+            let length_m = |&(_, body): &(usize, usize)| wanted.displacements[body].norm();
+            let longest_m = own.iter().map(length_m).fold(0.0, f64::max);
+            let steps = ((longest_m / (STEP * 2.0 * self.radius_m)).ceil() as usize).clamp(1, STEPS_MAX);
+            let scene = Scene {
+                radius_m: self.radius_m,
+                size_m: self.size_m,
+                members: own,
+                pairs,
+                displacements: wanted.displacements,
+                share: 1.0 / steps as f64,
+                longest_m: longest_m / steps as f64,
+            };
+            solver.remember(memory);
+            for _ in 0..steps {
+                solver.step(&scene, positions, touched);
+            }
+            news.extend_from_slice(&solver.memory);
+        }
+        news.sort_unstable_by_key(|&(contact, _)| contact);
+        std::mem::swap(memory, news);
+    }
+
+    /// Bodies that overlap although the solver has done what it could go back to where they were. That can only free
+    /// room: before the tick they did not overlap, so this ends, at the latest with everybody back.
+    fn retreat(&mut self, positions: &mut [ArenaPoint]) {
+        let least_m = self.diameter_m() * (1.0 - TOUCH);
+        let mut moved = true;
+        while std::mem::take(&mut moved) {
+            for &(a, b) in &self.pairs {
+                let distance_m = (positions[b] - positions[a]).norm();
+                // Rounding alone may have left them closer than allowed before.
+                if distance_m >= least_m || distance_m >= (self.before[b] - self.before[a]).norm() {
+                    continue;
+                }
+                for body in [a, b] {
+                    if positions[body] != self.before[body] {
+                        positions[body] = self.before[body];
+                        self.unsolved += 1;
+                        moved = true;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The island that a body belongs to, with the way there shortened.
+fn root(islands: &mut [usize], body: usize) -> usize {
+    let mut at = body;
+    while islands[at] != at {
+        islands[at] = islands[islands[at]];
+        at = islands[at];
+    }
+    at
+}
+
+/// The place of the arena where a body has room that is nearest to `point`.
+fn inside(point: ArenaPoint, [width, height]: [f64; 2], radius_m: f64) -> ArenaPoint {
+    ArenaPoint::new(point.x.clamp(radius_m, width - radius_m), point.y.clamp(radius_m, height - radius_m))
+}
+
+/// Nearest point to the origin of the way from `start` by `way`.
+fn closest(start: Vector2<f64>, way: Vector2<f64>) -> Vector2<f64> {
+    let square = way.norm_squared();
+    if square == 0.0 { start } else { start + way * (-start.dot(&way) / square).clamp(0.0, 1.0) }
+}
+
+/// An island in one step.
+#[derive(Debug)]
+struct Scene<'a> {
+    radius_m: f64,
+    size_m: [f64; 2],
+    /// (island, body)
+    members: &'a [(usize, usize)],
+    /// (island, pair)
+    pairs: &'a [(usize, (usize, usize))],
+    /// Wanted in the whole tick.
+    displacements: &'a [Vector2<f64>],
+    /// Share of the tick that the step is.
+    share: f64,
+    /// Longest displacement that a body wants in the step.
+    longest_m: f64,
+}
+
+/// n·(Δb − Δa) ≥ bound, and the λ ≥ 0 by which it parts its bodies.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    key: Key,
+    a: usize,
+    b: usize,
+    /// From a to b where they touch first, or else where they are nearest.
+    first: Vector2<f64>,
+    normal: Vector2<f64>,
+    bound_m: f64,
+    lambda_m: f64,
+    /// By how much λ changed in the last sweep.
+    change_m: f64,
+    /// Conjugate direction.
+    direction_m: f64,
+    /// 1/(how many of its bodies yield).
+    part: f64,
+}
+
+/// Finds displacements. Kept from one step to the next are its memory, and multipliers to begin with.
+#[derive(Clone, Debug, Default)]
+struct Solver {
+    /// Displacement of each body in this step; then comes that of the walls, which have none.
+    deltas: Vec<Vector2<f64>>,
+    /// 1 for a body that yields, 0 for others and for walls.
+    weights: Vec<f64>,
+    contacts: Vec<Contact>,
+    /// λ of the contacts of the step before, ordered by their keys.
+    memory: Vec<(Key, f64)>,
+}
+
+impl Solver {
+    /// Begins a tick.
+    fn begin(&mut self, bodies: usize, yields: &[bool]) {
+        self.deltas.clear();
+        self.deltas.resize(bodies + 1, Vector2::zeros());
+        self.weights.clear();
+        self.weights.extend(yields.iter().map(|&yields| f64::from(u8::from(yields))));
+        self.weights.push(0.0);
+    }
+
+    /// Begins an island with what is known of contacts.
+    fn remember(&mut self, known: &[(Key, f64)]) {
+        self.memory.clear();
+        self.memory.extend_from_slice(known);
+    }
+
+    /// Moves the bodies of an island for one step, and notes who is touched.
+    fn step(&mut self, scene: &Scene<'_>, positions: &mut [ArenaPoint], touched: &mut [bool]) {
+        let mut reach_m = 2.0 * scene.longest_m;
+        loop {
+            self.find_contacts(scene, positions, reach_m);
+            self.solve_from_wanted(scene);
+            self.turn_halfway(scene, positions);
+            self.solve_from_wanted(scene);
+            let delta_m = |&(_, body): &(usize, usize)| self.deltas[body].norm();
+            let farthest_m = scene.members.iter().map(delta_m).fold(0.0, f64::max);
+            if farthest_m <= reach_m * (1.0 + TOUCH) {
+                break;
+            }
+            reach_m = 2.0 * farthest_m;
+        }
+        let wall = positions.len();
+        self.memory.clear();
+        for contact in self.contacts.iter().filter(|contact| contact.lambda_m > 0.0) {
+            self.memory.push((contact.key, contact.lambda_m));
+            for body in [contact.a, contact.b].into_iter().filter(|&body| body != wall) {
+                touched[body] = true;
+            }
+        }
+        self.memory.sort_unstable_by_key(|&(key, _)| key);
+        self.turn_to_end(scene, positions);
+        self.solve(scene);
+        for &(_, body) in scene.members {
+            positions[body] = inside(positions[body] + self.deltas[body], scene.size_m, scene.radius_m);
+        }
+    }
+
+    /// Lists the contacts there may be if no body moves farther than `reach_m`, each in the direction in which its
+    /// bodies would touch first.
+    fn find_contacts(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint], reach_m: f64) {
+        let (diameter_m, wall) = (2.0 * scene.radius_m, positions.len());
+        let near_m = diameter_m + 2.0 * reach_m;
+        self.contacts.clear();
+        for &(_, (a, b)) in scene.pairs {
+            let apart = positions[b] - positions[a];
+            if apart.norm_squared() < near_m * near_m {
+                let way = (scene.displacements[b] - scene.displacements[a]) * scene.share;
+                let first = first_touch(apart, way, diameter_m);
+                let normal = direction(first);
+                self.push((a, b), (a, b), first, diameter_m - normal.dot(&apart));
+            }
+        }
+        let [width, height] = scene.size_m;
+        for &(_, body) in scene.members {
+            let at = positions[body];
+            let rooms = [
+                (Vector2::x(), at.x - scene.radius_m),
+                (-Vector2::x(), width - scene.radius_m - at.x),
+                (Vector2::y(), at.y - scene.radius_m),
+                (-Vector2::y(), height - scene.radius_m - at.y),
+            ];
+            for (side, (normal, room_m)) in rooms.into_iter().enumerate() {
+                if room_m < reach_m {
+                    self.push((body, wall + side), (wall, body), normal, -room_m);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, key: Key, (a, b): (usize, usize), first: Vector2<f64>, bound_m: f64) {
+        let yielding = self.weights[a] + self.weights[b];
+        if yielding == 0.0 {
+            return;
+        }
+        let known = self.memory.binary_search_by_key(&key, |&(key, _)| key);
+        let lambda_m = known.map_or(0.0, |at| self.memory[at].1);
+        let (normal, part) = (direction(first), 1.0 / yielding);
+        let contact =
+            Contact { key, a, b, first, normal, bound_m, lambda_m, change_m: 0.0, direction_m: 0.0, part };
+        self.contacts.push(contact);
+    }
+
+    /// Turns contacts of bodies to halfway between first touch and end. As |r₁|² − |r₀|² = (r₀ + r₁)·(r₁ − r₀), a
+    /// contact in the direction of r₀ + r₁ is exact, if r₁ is what comes out.
+    fn turn_halfway(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) {
+        let (diameter_m, wall) = (2.0 * scene.radius_m, positions.len());
+        for contact in self.contacts.iter_mut().filter(|contact| contact.a != wall) {
+            let apart = positions[contact.b] - positions[contact.a];
+            let first = contact.first;
+            let sum = first + apart + self.deltas[contact.b] - self.deltas[contact.a];
+            let length_m = sum.norm();
+            // Bodies do not pass through each other.
+            if length_m > diameter_m {
+                contact.normal = sum / length_m;
+                let short_m = (diameter_m * diameter_m - first.norm_squared()) / length_m;
+                contact.bound_m = short_m + contact.normal.dot(&(first - apart));
+            }
+        }
+    }
+
+    /// Turns contacts of bodies to where these are in the end: then they surely do not overlap. What is left to do
+    /// has no multipliers yet.
+    fn turn_to_end(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) {
+        let (diameter_m, wall) = (2.0 * scene.radius_m, positions.len());
+        for contact in &mut self.contacts {
+            contact.lambda_m = 0.0;
+            if contact.a != wall {
+                let apart = positions[contact.b] - positions[contact.a];
+                contact.normal = direction(apart + self.deltas[contact.b] - self.deltas[contact.a]);
+                contact.bound_m = diameter_m - contact.normal.dot(&apart);
+            }
+        }
+    }
+
+    /// Finds displacements from the wanted ones and the multipliers there are.
+    fn solve_from_wanted(&mut self, scene: &Scene<'_>) {
+        for &(_, body) in scene.members {
+            self.deltas[body] = scene.displacements[body] * scene.share;
+        }
+        for at in 0..self.contacts.len() {
+            self.part(at, self.contacts[at].lambda_m);
+        }
+        self.solve(scene);
+    }
+
+    /// Changes displacements until all contacts are kept, or nobody can say how.
+    fn solve(&mut self, scene: &Scene<'_>) {
+        let converged_m = 2.0 * scene.radius_m * CONVERGED;
+        let mut square_before = 0.0;
+        self.contacts.iter_mut().for_each(|contact| contact.direction_m = 0.0);
+        for _ in 0..SWEEPS_MAX {
+            let (largest_m, square) = self.sweep();
+            if largest_m <= converged_m {
+                return;
+            }
+            let beta = if square <= square_before { square / square_before } else { 0.0 };
+            square_before = square;
+            for at in 0..self.contacts.len() {
+                let contact = &mut self.contacts[at];
+                let along_m = beta * contact.direction_m;
+                contact.direction_m = along_m + contact.change_m;
+                if along_m != 0.0 {
+                    contact.lambda_m += along_m;
+                    self.part(at, along_m);
+                }
+            }
+        }
+    }
+
+    /// One round of Gauss-Seidel: each contact in turn is kept. Returns the largest change and the sum of squares.
+    fn sweep(&mut self) -> (f64, f64) {
+        let (mut largest_m, mut square) = (0.0_f64, 0.0);
+        let Self { deltas, weights, contacts, .. } = self;
+        for contact in contacts {
+            let Contact { a, b, normal, bound_m, lambda_m, part, .. } = *contact;
+            let missing_m = bound_m - normal.dot(&(deltas[b] - deltas[a]));
+            let change_m = (missing_m * part).max(-lambda_m);
+            contact.change_m = change_m;
+            if change_m != 0.0 {
+                contact.lambda_m += change_m;
+                deltas[a] -= normal * (weights[a] * change_m);
+                deltas[b] += normal * (weights[b] * change_m);
+                largest_m = largest_m.max(change_m.abs());
+                square += change_m * change_m;
+            }
+        }
+        (largest_m, square)
+    }
+
+    /// Parts the bodies of a contact by `way_m`.
+    fn part(&mut self, at: usize, way_m: f64) {
+        let Contact { a, b, normal, .. } = self.contacts[at];
+        self.deltas[a] -= normal * (self.weights[a] * way_m);
+        self.deltas[b] += normal * (self.weights[b] * way_m);
+    }
+}
+
+/// Where a body at `start` first comes as near to one at the origin as `diameter_m`, if it goes `way`; or else where
+/// it is nearest.
+fn first_touch(start: Vector2<f64>, way: Vector2<f64>, diameter_m: f64) -> Vector2<f64> {
+    let nearest = closest(start, way);
+    let (square, diameter_squared) = (nearest.norm_squared(), diameter_m * diameter_m);
+    if start.norm_squared() <= diameter_squared {
+        start
+    } else if square >= diameter_squared {
+        nearest
+    } else {
+        // The foot of the perpendicular may lie past the end of the way.
+        let foot = start + way * (-start.dot(&way) / way.norm_squared());
+        foot - way.normalize() * libm::sqrt(diameter_squared - foot.norm_squared())
+    }
+}
+
+/// Direction from one body to another; bodies on one spot part along the x axis.
+fn direction(apart: Vector2<f64>) -> Vector2<f64> {
+    apart.try_normalize(0.0).unwrap_or_else(Vector2::x)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::{
+        ChaCha8Rng,
+        rand_core::{Rng, SeedableRng},
+    };
+
+    use super::*;
+
+    /// Discs with constant velocities in an arena.
+    #[derive(Clone, Debug)]
+    struct Discs {
+        radius_m: f64,
+        size_m: [f64; 2],
+        positions: Vec<ArenaPoint>,
+        velocities: Vec<Vector2<f64>>,
+        yields: Vec<bool>,
+    }
+
+    impl Discs {
+        fn new(positions: &[[f64; 2]], velocities: &[[f64; 2]]) -> Self {
+            Self {
+                radius_m: 0.1,
+                size_m: [2.0, 2.0],
+                positions: positions.iter().map(|&[x, y]| ArenaPoint::new(x, y)).collect(),
+                velocities: velocities.iter().map(|&[x, y]| Vector2::new(x, y)).collect(),
+                yields: vec![true; positions.len()],
+            }
+        }
+
+        /// Moves them, and holds every tick to what it promises.
+        fn play(&mut self, step_s: f64, ticks: u32) -> Contacts {
+            let mut contacts = Contacts::new(self.radius_m, self.size_m);
+            let displacements: Vec<_> = self.velocities.iter().map(|velocity| velocity * step_s).collect();
+            let mut touched = vec![false; self.positions.len()];
+            for tick in 0..ticks {
+                let wanted = Wanted { displacements: &displacements, yields: &self.yields };
+                contacts.advance(&mut self.positions, wanted, &mut touched);
+                assert!(
+                    self.overlap_m() <= 2.0 * self.radius_m * TOUCH,
+                    "tick {tick}: {:e}",
+                    self.overlap_m()
+                );
+            }
+            assert_eq!(contacts.unsolved(), 0);
+            contacts
+        }
+
+        /// The deepest overlap of two bodies, or of a body and a wall.
+        fn overlap_m(&self) -> f64 {
+            let bodies = self.positions.iter().enumerate().flat_map(|(b, to)| {
+                self.positions[..b].iter().map(move |from| 2.0 * self.radius_m - (to - from).norm())
+            });
+            let walls = self.positions.iter().map(|&at| (inside(at, self.size_m, self.radius_m) - at).norm());
+            bodies.chain(walls).fold(0.0, f64::max)
+        }
+
+        /// A solver of another kind: steps of half a millisecond, in each of which pairs are parted one by one along
+        /// the line between them, as Hildreth's method has it, until nobody moves.
+        fn play_in_small_steps(&mut self, duration_s: f64) {
+            const STEP_S: f64 = 0.5e-3;
+            let count = self.positions.len();
+            let mut known = std::collections::BTreeMap::new();
+            for _ in 0..(duration_s / STEP_S).round() as u32 {
+                let start = self.positions.clone();
+                let mut contacts = Vec::new();
+                for b in 0..count {
+                    for a in 0..b {
+                        let apart = start[b] - start[a];
+                        if apart.norm() < 2.0 * self.radius_m + 0.01 && (self.yields[a] || self.yields[b]) {
+                            contacts.push((a, b, apart.normalize(), 2.0 * self.radius_m - apart.norm()));
+                        }
+                    }
+                }
+                let mut deltas: Vec<_> = self.velocities.iter().map(|velocity| velocity * STEP_S).collect();
+                let weight = |body: usize| if self.yields[body] { 1.0 } else { 0.0 };
+                let mut lambdas: Vec<f64> =
+                    contacts.iter().map(|&(a, b, ..)| known.get(&(a, b)).copied().unwrap_or(0.0)).collect();
+                for (&(a, b, normal, _), lambda) in contacts.iter().zip(&lambdas) {
+                    deltas[a] -= normal * (lambda * weight(a));
+                    deltas[b] += normal * (lambda * weight(b));
+                }
+                let [width, height] = self.size_m;
+                // [low, high] for x and y of each body.
+                let mut walls = vec![[[0.0_f64; 2]; 2]; count];
+                for _ in 0..100_000 {
+                    let mut largest = 0.0_f64;
+                    for (&(a, b, normal, bound), lambda) in contacts.iter().zip(&mut lambdas) {
+                        let missing = bound - normal.dot(&(deltas[b] - deltas[a]));
+                        let change = (missing / (weight(a) + weight(b))).max(-*lambda);
+                        *lambda += change;
+                        deltas[a] -= normal * (change * weight(a));
+                        deltas[b] += normal * (change * weight(b));
+                        largest = largest.max(change.abs());
+                    }
+                    for body in (0..count).filter(|&body| self.yields[body]) {
+                        for (axis, side_m) in [width, height].into_iter().enumerate() {
+                            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                                let at = start[body][axis] + deltas[body][axis];
+                                let bound = if side == 0 { self.radius_m } else { side_m - self.radius_m };
+                                let change = ((bound - at) * sign).max(-walls[body][axis][side]);
+                                walls[body][axis][side] += change;
+                                deltas[body][axis] += sign * change;
+                                largest = largest.max(change.abs());
+                            }
+                        }
+                    }
+                    if largest < 1e-9 {
+                        break;
+                    }
+                }
+                known =
+                    contacts.iter().zip(&lambdas).map(|(&(a, b, ..), &lambda)| ((a, b), lambda)).collect();
+                for (position, delta) in self.positions.iter_mut().zip(deltas) {
+                    *position += delta;
+                }
+            }
+        }
+
+        /// A random scene: 2 to `most` discs, one in ten of them does not yield, and none is faster than 0.3 m/s.
+        fn random(seed: u64, most: usize) -> Self {
+            let mut draws = ChaCha8Rng::seed_from_u64(seed);
+            let mut unit = || (draws.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64);
+            let count = 2 + (unit() * (most - 1) as f64) as usize;
+            let mut discs = Self::new(&[], &[]);
+            while discs.positions.len() < count {
+                let at = ArenaPoint::new(0.1 + 1.8 * unit(), 0.1 + 1.8 * unit());
+                if discs.positions.iter().all(|other| (other - at).norm() > 0.2) {
+                    let (speed, angle) = (0.3 * unit(), std::f64::consts::TAU * unit());
+                    let yields = unit() > 0.1;
+                    let velocity = Vector2::new(angle.cos(), angle.sin()) * speed;
+                    discs.positions.push(at);
+                    discs.velocities.push(if yields { velocity } else { Vector2::zeros() });
+                    discs.yields.push(yields);
+                }
+            }
+            discs
+        }
+    }
+
+    /// Farthest that a body ends from where the other solver has it.
+    fn off_m(seed: u64, most: usize) -> f64 {
+        let mut ours = Discs::random(seed, most);
+        let mut reference = ours.clone();
+        ours.play(0.1, 100);
+        reference.play_in_small_steps(10.0);
+        let ends = ours.positions.iter().zip(&reference.positions);
+        ends.map(|(ours, reference)| (ours - reference).norm()).fold(0.0, f64::max)
+    }
+
+    /// Larger crowds have places where a body goes left or right by a hair's breadth: they are for the median.
+    #[test]
+    fn random_scenes_end_where_small_steps_of_another_solver_end() {
+        let worst_m = (0..40).map(|seed| off_m(seed, 8)).fold(0.0, f64::max);
+        let mut crowds_m: Vec<f64> = (100..121).map(|seed| off_m(seed, 40)).collect();
+        crowds_m.sort_by(f64::total_cmp);
+        println!(
+            "up to 8 discs: at most {worst_m:e} m off; up to 40 discs: median {:e} m, all {crowds_m:?}",
+            crowds_m[10]
+        );
+        assert!(worst_m < 1e-3, "{worst_m}");
+        assert!(crowds_m[10] < 1e-3, "{}", crowds_m[10]);
+    }
+
+    #[test]
+    fn a_body_at_a_wall_is_pushed_aside() {
+        for step_s in [0.01, 0.1, 0.5] {
+            let mut discs = Discs::new(&[[1.9, 1.0], [1.2, 1.05]], &[[0.0, 0.0], [0.2, 0.0]]);
+            discs.play(step_s, (20.0 / step_s) as u32);
+            let ends = [ArenaPoint::new(1.9, 0.925), ArenaPoint::new(1.9, 1.125)];
+            for (at, end) in discs.positions.iter().zip(ends) {
+                assert!((at - end).norm() < 1e-3, "{at}, not {end}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_that_is_pushed_moves_as_one() {
+        for pushed in [1_u32, 2, 3, 5] {
+            let row: Vec<_> = (0..=pushed).map(|place| [0.2 + 0.2 * f64::from(place), 1.0]).collect();
+            let mut velocities = vec![[0.0, 0.0]; row.len()];
+            velocities[0] = [0.2, 0.0];
+            let mut discs = Discs::new(&row, &velocities);
+            discs.play(0.1, 10);
+            let speed = discs.positions[0].x - 0.2;
+            assert!((speed - 0.2 / f64::from(pushed + 1)).abs() < 1e-9, "{pushed} bodies: {speed} m/s");
+        }
+    }
+    #[test]
+    fn bodies_that_do_not_yield_stay_and_the_living_slide_past() {
+        let mut discs = Discs::new(&[[1.0, 1.0], [0.5, 1.02]], &[[0.0, 0.0], [0.2, 0.0]]);
+        discs.yields[0] = false;
+        discs.play(0.1, 100);
+        assert_eq!(discs.positions[0], ArenaPoint::new(1.0, 1.0));
+        assert!(discs.positions[1].x > 1.3, "{}", discs.positions[1]);
+    }
+
+    #[test]
+    fn bodies_do_not_change_places_in_one_tick() {
+        let mut discs = Discs::new(&[[0.6, 1.0], [1.4, 1.0]], &[[0.45, 0.0], [-0.45, 0.0]]);
+        discs.radius_m = 0.05;
+        discs.play(2.0, 1);
+        assert!((discs.positions[0].x - 0.95).abs() < 1e-9 && (discs.positions[1].x - 1.05).abs() < 1e-9);
+        let mut fast = Discs::new(&[[0.2, 1.0], [1.0, 1.0]], &[[1e6, 0.0], [0.0, 0.0]]);
+        fast.radius_m = 1e-3;
+        fast.play(1.0, 1);
+        assert!(fast.positions[0].x < fast.positions[1].x);
+    }
+
+    #[test]
+    fn a_row_that_fills_the_arena_is_driven_against_the_wall_without_gaps() {
+        let row: Vec<_> = (0..8).map(|place| [0.15 + 0.22 * f64::from(place), 1.0]).collect();
+        let mut discs = Discs::new(&row, &[[0.1, 0.0]; 8]);
+        discs.play(0.1, 200);
+        for (place, at) in discs.positions.iter().enumerate() {
+            assert!((at.x - (0.5 + 0.2 * place as f64)).abs() < 1e-8, "{at}");
+        }
+    }
+}
