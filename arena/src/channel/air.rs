@@ -1,4 +1,5 @@
-//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins.
+//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins. Where a scenario asks
+//! for it, packets that nobody can read there destroy as well.
 //!
 //! All packets last equally long, so in the order in which they start they also end, and what
 //! overlaps with a packet at a receiver is its neighbor in that order.
@@ -41,7 +42,9 @@ pub(super) struct Air {
     resolved: usize,
     /// Until when each receiver follows the packet it has locked to.
     locked_s: Vec<f64>,
-    /// How many robots each robot's last packet reached.
+    /// Whether some packets may disturb others without being read.
+    disturbs_unread: bool,
+    /// How many robots each robot's last packet reached, to be read or only to disturb: as many disturb it.
     degrees: Vec<Option<u32>>,
     crowding: Crowding,
     by_robot: ByRobot,
@@ -56,6 +59,8 @@ pub(super) struct Air {
 struct ByRobot {
     /// Which packets reach it, in order.
     arrivals: Lists,
+    /// Which packets only disturb it, in order; kept only if some may.
+    disturbing: Lists,
     /// Which are its own, in order.
     own: Lists,
     /// (robot, packet), while they are grouped.
@@ -63,8 +68,15 @@ struct ByRobot {
 }
 
 impl ByRobot {
-    fn sort(&mut self, robots: usize, packets: &[Transmission]) {
-        let Self { arrivals, own, entries } = self;
+    fn sort(&mut self, robots: usize, packets: &[Transmission], disturbs_unread: bool) {
+        let Self { arrivals, disturbing, own, entries } = self;
+        if disturbs_unread {
+            entries.clear();
+            for (at, packet) in packets.iter().enumerate() {
+                entries.extend(packet.reached.disturbed.iter().map(|&receiver| (receiver as usize, at)));
+            }
+            disturbing.regroup(robots, entries);
+        }
         entries.clear();
         for (at, packet) in packets.iter().enumerate() {
             entries.extend(packet.reached.robots.iter().map(|&receiver| (receiver as usize, at)));
@@ -127,7 +139,7 @@ impl Crowding {
 }
 
 impl Air {
-    pub(super) fn new(scenario: &Scenario) -> Self {
+    pub(super) fn new(scenario: &Scenario, reach: &Reach) -> Self {
         let schedule = Schedule::new(scenario);
         let robots = scenario.robot_count();
         // The channel has been at work for a cycle when the run begins.
@@ -146,6 +158,7 @@ impl Air {
             packets: Vec::new(),
             resolved: 0,
             locked_s: vec![f64::NEG_INFINITY; robots as usize],
+            disturbs_unread: reach.disturbs_unread(),
             degrees: vec![None; robots as usize],
             crowding: Crowding::default(),
             by_robot: ByRobot::default(),
@@ -198,7 +211,7 @@ impl Air {
             let Some(packet) = moment.said[sender as usize] else { continue };
             let mut reached = self.spare.pop().unwrap_or_default();
             reach.of(sender, number, &mut reached);
-            self.degrees[sender as usize] = Some(reached.robots.len() as u32);
+            self.degrees[sender as usize] = Some((reached.robots.len() + reached.disturbed.len()) as u32);
             let packet = transmit(sender, packet);
             self.packets.push(Transmission { sender, number, start_s, packet, reached });
         }
@@ -228,13 +241,14 @@ impl Air {
             tally.occluded += occluded;
         }
         let mut by_robot = mem::take(&mut self.by_robot);
-        by_robot.sort(moment.poses.len(), &self.packets);
+        by_robot.sort(moment.poses.len(), &self.packets, self.disturbs_unread);
         for (receiver, (arrivals, own)) in by_robot.arrivals.iter().zip(by_robot.own.iter()).enumerate() {
             for (place, &at) in arrivals.iter().enumerate() {
                 if !(self.resolved..ended).contains(&at) {
                     continue;
                 }
-                let fate = self.fate(receiver, place, arrivals, own);
+                let disturbing = if self.disturbs_unread { &by_robot.disturbing[receiver] } else { &[] };
+                let fate = self.fate(receiver, place, arrivals, disturbing, own);
                 if !listens(receiver as u32) {
                     continue;
                 }
@@ -254,7 +268,14 @@ impl Air {
     }
 
     /// What becomes of the packet at `place` of a receiver's arrivals.
-    fn fate(&mut self, receiver: usize, place: usize, arrivals: &[usize], own: &[usize]) -> Fate {
+    fn fate(
+        &mut self,
+        receiver: usize,
+        place: usize,
+        arrivals: &[usize],
+        disturbing: &[usize],
+        own: &[usize],
+    ) -> Fate {
         let start_at = |place: usize| self.packets[arrivals[place]].start_s;
         let start_s = start_at(place);
         let overlap = |other_s: f64| (other_s - start_s).abs() < self.airtime_s - TOUCH_S;
@@ -263,6 +284,10 @@ impl Air {
         }
         let before = place > 0 && overlap(start_at(place - 1));
         let after = place + 1 < arrivals.len() && overlap(start_at(place + 1));
+        if self.is_disturbed(start_s, disturbing) {
+            // It does not lock the receiver either: nothing tells that it begins.
+            return Fate::Collided;
+        }
         match self.capture {
             Capture::None if before || after => Fate::Collided,
             Capture::None => Fate::Heard,
@@ -277,6 +302,18 @@ impl Air {
                 if free && alone { Fate::Heard } else { Fate::Collided }
             }
         }
+    }
+
+    /// Whether a packet that begins at `start_s` is destroyed by one of those that cannot be read: by any that overlaps
+    /// with it, or, if the receiver locks to the first packet, by one that is in the air already.
+    fn is_disturbed(&self, start_s: f64, disturbing: &[usize]) -> bool {
+        let other_s = |at: &usize| self.packets[*at].start_s;
+        let ended = disturbing.partition_point(|at| other_s(at) <= start_s - (self.airtime_s - TOUCH_S));
+        let begins_by = match self.capture {
+            Capture::None => start_s + (self.airtime_s - TOUCH_S),
+            Capture::FirstLock => start_s + TOUCH_S,
+        };
+        disturbing.get(ended).is_some_and(|at| other_s(at) < begins_by)
     }
 
     /// Counts a packet by how many could have disturbed it, once the receiver's own has told.

@@ -59,10 +59,19 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
 pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
     let (channel, light) = (&scenario.channel, &scenario.light);
     if channel.model == ChannelModel::Voronoi {
-        let keys = [("range_m", channel.range_m.is_some()), ("soft_edge_m", channel.soft_edge_m.is_some())];
+        let keys = [
+            ("range_m", channel.range_m.is_some()),
+            ("soft_edge_m", channel.soft_edge_m.is_some()),
+            ("interference_range_m", channel.interference_range_m.is_some()),
+        ];
         if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
             return Err(without_meaning(&format!("channel.{key}"), "channel.model", "voronoi"));
         }
+    }
+    if channel.occluded_interference.is_some() && channel.occlusion != Some(true) {
+        let path = "channel.occluded_interference";
+        let message = format!("{path} has no meaning without channel.occlusion = true: bodies block nothing");
+        return Err(problem(&[path], message).hint(format!("remove it (on the command line: --set {path}=)")));
     }
     if let Some(key) = channel.meaningless_with_access().next() {
         let (choice, chosen) = match channel.access {
@@ -303,6 +312,17 @@ fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
     ensure(edge_m <= range_m.get(), || {
         let message = format!("the soft edge of {edge_m} m is wider than the range of {} m", range_m.get());
         problem(&["channel.soft_edge_m", "channel.range_m"], message)
+    })?;
+    let interference_m =
+        channel.interference_range_m.map_or(range_m.get(), |interference| interference.get());
+    ensure(interference_m >= range_m.get(), || {
+        let message = format!(
+            "channel.interference_range_m = {interference_m} is less than range_m = {}: a packet that can be read \
+             disturbs as well",
+            range_m.get()
+        );
+        problem(&["channel.interference_range_m", "channel.range_m"], message)
+            .hint("without it (on the command line: --set channel.interference_range_m=) it is range_m")
     })
 }
 

@@ -401,6 +401,16 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
         }
         _ => {}
     }
+    // Drawn last, so that a seed's other keys stay what they were before there were these.
+    if chance(draws, 0.3) {
+        channel.interference_range_m = range_m.and_then(|range_m| {
+            let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
+            farther.filter(|farther| *farther >= range_m)
+        });
+    }
+    if channel.occlusion == Some(true) {
+        channel.occluded_interference = sometimes(draws);
+    }
     channel
 }
 
