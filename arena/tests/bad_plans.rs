@@ -112,6 +112,22 @@ mod channels {
     }
 
     #[test]
+    fn a_cycle_has_room_on_the_fastest_clock_or_is_refused() {
+        check(
+            "profile = \"isis\"\naccess = \"fixed-phase\"\njitter_s = 0.24\n[processes]\nclock_drift_ppm = 50000",
+            expect![[
+                "plan.toml:18: jitter and airtime of 0.245 s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = 50000 it lasts 0.2375 s"
+            ]],
+        );
+        check(
+            "profile = \"isis\"\nguard_s = 0.25\n[processes]\nclock_drift_ppm = 50",
+            expect![[
+                "plan.toml:17: the guard of 0.25 s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = 50 it lasts 0.249988 s"
+            ]],
+        );
+    }
+
+    #[test]
     fn interference_that_cannot_be_is_refused() {
         check(
             "profile = \"isis\"\ninterference_range_m = 0.9",

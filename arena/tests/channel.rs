@@ -10,7 +10,7 @@ use arena::{
     random::{Draws, Purpose},
     scenario::{Override, Scenario},
 };
-use protocol::{packet::Packet, robot_id::RobotId};
+use protocol::{oscillator::Oscillator, packet::Packet, robot_id::RobotId};
 
 /// Robots that all hear each other, and a channel that only collisions disturb.
 fn crowd(robots: usize, seed: u64, channel: &[String]) -> Scenario {
@@ -432,6 +432,50 @@ fn fixed_phases_miss_in_rows_and_jitter_breaks_them() {
         println!("jitter {jitter}: {share:.4}, published {published}");
         assert!((share - published).abs() <= 0.01, "jitter {jitter}: {share}, published {published}");
     }
+}
+
+/// Numbers of the packets of robot 0 that robot 1 hears of two at fixed phases, one cycle a second.
+fn heard_of_two(seed: u64, drift_ppm: f64, cycles: u64) -> Vec<u64> {
+    let settings = [set("access=fixed-phase"), set("airtime_s=0.04")];
+    let mut scenario = crowd(2, seed, &settings);
+    scenario.processes.clock_drift_ppm = arena::scenario::NonNegative::new(drift_ppm).unwrap();
+    let mut numbers = Vec::new();
+    play(&mut Channel::new(&scenario), 2, cycles, |receptions| {
+        numbers.extend(receptions.iter().filter(|heard| heard.sender == 0).map(|heard| heard.number));
+    });
+    numbers
+}
+
+#[test]
+fn fixed_phases_slide_past_each_other_where_clocks_drift() {
+    const DRIFT_PPM: f64 = 2000.0;
+    const CYCLES: u64 = 600;
+    let mut freed = 0;
+    for seed in 1..=200 {
+        let phase = |robot| Draws::of(seed, Purpose::Phase, 0, robot, 0).unit();
+        let drift = |robot| Oscillator::of(RobotId::first(robot), seed, DRIFT_PPM).drift();
+        // Both transmit at once, so that neither ever hears the other.
+        let apart = phase(1) - phase(0);
+        if apart.abs() > 0.039 {
+            continue;
+        }
+        assert!(heard_of_two(seed, 0.0, CYCLES).is_empty(), "seed {seed}: even clocks stay as they are");
+        // Clocks agree a second before tick 0, where packet 1 is due but for the phase.
+        let start = |robot, number: f64| (phase(robot) + number - 1.0) * (1.0 + drift(robot));
+        let meets = |number: &u64| (start(1, *number as f64) - start(0, *number as f64)).abs() < 0.04;
+        let first = (1..CYCLES).find(|number| !meets(number)).unwrap_or(CYCLES);
+        // By how much one gains on the other in a cycle, and how far it has to.
+        let slide = drift(1) - drift(0);
+        let cycles = (0.04 - apart * slide.signum()) / slide.abs();
+        assert!((first as f64 - 1.0 - cycles).abs() <= 2.0 || first == CYCLES, "{first} {cycles}");
+        let heard = heard_of_two(seed, DRIFT_PPM, CYCLES);
+        match heard.first() {
+            Some(number) => assert_eq!(*number, first, "seed {seed}"),
+            None => assert!(first + 2 >= CYCLES, "seed {seed}: {first}"),
+        }
+        freed += u32::from(!heard.is_empty());
+    }
+    assert!(freed >= 5, "{freed} rows of misses have ended");
 }
 
 #[test]

@@ -6,11 +6,11 @@
 
 use std::mem;
 
-use protocol::packet::Packet;
+use protocol::{packet::Packet, robot_id::RobotId};
 
 use super::{
     Moment, Reception,
-    access::Schedule,
+    access::{Rhythm, Schedule},
     reach::{Reach, Reached},
 };
 use crate::{
@@ -33,6 +33,8 @@ pub(super) struct Air {
     capture: Capture,
     /// Up to when the air has been played.
     played_s: f64,
+    /// What each robot keeps time by.
+    rhythms: Vec<Rhythm>,
     /// Each robot's next packet.
     next: Vec<Next>,
     /// Packets in the order of their starts: those still in the air, and before them those that
@@ -144,8 +146,10 @@ impl Air {
         let robots = scenario.robot_count();
         // The channel has been at work for a cycle when the run begins.
         let played_s = -scenario.cycle_s();
-        let first = |sender| {
-            let starts = (0..).map(|number| Next { number, start_s: schedule.start_s(sender, number) });
+        let rhythms: Vec<Rhythm> = (0..robots).map(|sender| schedule.first_rhythm(sender)).collect();
+        let first = |(sender, rhythm)| {
+            let starts =
+                (0..).map(|number| Next { number, start_s: schedule.start_s(rhythm, sender, number) });
             starts.into_iter().find(|next| next.start_s >= played_s).expect("later packets start later")
         };
         Self {
@@ -153,7 +157,8 @@ impl Air {
             half_duplex: scenario.channel.half_duplex == Some(true),
             capture: scenario.channel.capture.unwrap_or(Capture::None),
             played_s,
-            next: (0..robots).map(first).collect(),
+            next: (0..).zip(&rhythms).map(first).collect(),
+            rhythms,
             schedule,
             packets: Vec::new(),
             resolved: 0,
@@ -198,12 +203,15 @@ impl Air {
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> u64 {
         let mut starting = mem::take(&mut self.starting);
-        for (sender, next) in self.next.iter_mut().enumerate() {
+        for (sender, (next, rhythm)) in self.next.iter_mut().zip(&self.rhythms).enumerate() {
             while next.start_s < self.played_s {
                 starting.push((next.start_s, sender as u32, next.number));
                 let number = next.number + 1;
-                *next = Next { number, start_s: self.schedule.start_s(sender as u32, number) };
+                *next = Next { number, start_s: self.schedule.start_s(rhythm, sender as u32, number) };
             }
+        }
+        if self.schedule.has_own_clocks() {
+            self.wind_clocks(moment);
         }
         starting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         reach.look(moment.poses, |robot| moment.said[robot].is_some());
@@ -217,6 +225,17 @@ impl Air {
         }
         self.starting = starting;
         reach.listeners()
+    }
+
+    /// Gives robots that have been restarted the clocks of their new lives, from the packet after the next one on.
+    fn wind_clocks(&mut self, moment: &Moment<'_>) {
+        for (index, (rhythm, said)) in (0..).zip(self.rhythms.iter_mut().zip(moment.said)) {
+            let Some(incarnation) = said.map(|packet| packet.sender.incarnation) else { continue };
+            if rhythm.incarnation() != incarnation {
+                let id = RobotId { index, incarnation };
+                *rhythm = self.schedule.next_rhythm(rhythm, id, self.next[index as usize].number + 1);
+            }
+        }
     }
 
     /// Decides at every receiver about the packets that have ended.

@@ -12,7 +12,7 @@ use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::fault_check;
 use super::light::LightSensor;
-use super::number::RobotCount;
+use super::number::{NonNegative, RobotCount};
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
 use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
@@ -103,6 +103,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     cycle(scenario)?;
     clocks(scenario)?;
     air(&scenario.channel)?;
+    fast_clocks(scenario)?;
     measurement(&scenario.channel)?;
     fault_check::plan(scenario)
 }
@@ -407,6 +408,29 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
         }
         Access::Instant => Ok(()),
     }
+}
+
+/// What has to fit into a cycle does so on the fastest clock as well.
+fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
+    let (channel, drift_ppm) = (&scenario.channel, scenario.processes.clock_drift_ppm.get());
+    let seconds = |key: Option<NonNegative>| key.map_or(0.0, |seconds| seconds.get());
+    let airtime_s = channel.airtime_s.map_or(0.0, |airtime| airtime.get());
+    let (key, needed_s) = match channel.access {
+        Some(Access::Random) => ("channel.guard_s", seconds(channel.guard_s)),
+        Some(Access::FixedPhase) => ("channel.airtime_s", seconds(channel.jitter_s) + airtime_s),
+        _ => return Ok(()),
+    };
+    let shortest_s = scenario.cycle_s() * (1.0 - drift_ppm * 1e-6);
+    ensure(drift_ppm == 0.0 || needed_s <= shortest_s * (1.0 + ROUNDING), || {
+        let what = if key == "channel.guard_s" { "the guard" } else { "jitter and airtime" };
+        let message = format!(
+            "{what} of {} s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = \
+             {drift_ppm} it lasts {} s",
+            short(needed_s),
+            short(shortest_s)
+        );
+        problem(&["processes.clock_drift_ppm", key, "channel.cycle_s"], message)
+    })
 }
 
 fn measurement(channel: &ChannelSpec) -> Result<(), Problem> {

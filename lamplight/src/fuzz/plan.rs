@@ -31,6 +31,11 @@ pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     let mut draws = Draws::of(seed.get(), Purpose::FuzzChannel, 0, 0, 0);
     if base.channel.model == ChannelModel::Range && chance(&mut draws, 0.5) {
         scenario.channel = channel(base, &mut draws);
+        // A hundred times worse than quartz, so that short runs feel it.
+        if chance(&mut draws, 0.3) {
+            let drift_ppm = nonnegative(short(draws.between(0.0, 5000.0)));
+            scenario.processes.clock_drift_ppm = drift_ppm.unwrap_or(scenario.processes.clock_drift_ppm);
+        }
     }
     scenario.fault = faults(&scenario);
     scenario
