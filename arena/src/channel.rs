@@ -79,12 +79,13 @@ enum Medium {
 impl Channel {
     /// The channel of a scenario, before anything was said.
     pub fn new(scenario: &Scenario) -> Self {
+        let reach = Reach::new(scenario);
         let medium = match scenario.channel.access {
             None | Some(Access::Instant) => Medium::Instant(Instant::default()),
-            Some(_) => Medium::Timed(Box::new(Air::new(scenario))),
+            Some(_) => Medium::Timed(Box::new(Air::new(scenario, &reach))),
         };
         Self {
-            reach: Reach::new(scenario),
+            reach,
             examined: 0,
             medium,
             loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),

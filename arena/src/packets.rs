@@ -17,7 +17,7 @@ pub struct Packets {
     pub duplicated: u64,
     /// Receptions: one packet heard by eight robots counts eight times.
     pub heard: u64,
-    /// Receptions destroyed by another packet in the air.
+    /// Receptions destroyed by another packet in the air, whether that could be read or only disturbs.
     pub collided: u64,
     /// Receptions missed because the listener was transmitting itself.
     pub half_duplex: u64,

@@ -19,7 +19,7 @@ pub enum Purpose {
     StartPosition = 1,
     /// Which way it faces at the start.
     StartHeading = 2,
-    /// The phase of a robot's free-running cycle.
+    /// The phase of a robot's free-running cycle. (How long it is, is drawn in [`protocol::oscillator`].)
     Phase = 3,
     /// When in a cycle a robot transmits; the tick counts its packets.
     Transmission = 4,

@@ -112,6 +112,50 @@ mod channels {
     }
 
     #[test]
+    fn a_cycle_has_room_on_the_fastest_clock_or_is_refused() {
+        check(
+            "profile = \"isis\"\naccess = \"fixed-phase\"\njitter_s = 0.24\n[processes]\nclock_drift_ppm = 50000",
+            expect![[
+                "plan.toml:18: jitter and airtime of 0.245 s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = 50000 it lasts 0.2375 s"
+            ]],
+        );
+        check(
+            "profile = \"isis\"\nguard_s = 0.25\n[processes]\nclock_drift_ppm = 50",
+            expect![[
+                "plan.toml:17: the guard of 0.25 s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = 50 it lasts 0.249988 s"
+            ]],
+        );
+    }
+
+    #[test]
+    fn interference_that_cannot_be_is_refused() {
+        check(
+            "profile = \"isis\"\ninterference_range_m = 0.9",
+            expect![[r#"
+                plan.toml:15: channel.interference_range_m = 0.9 is less than range_m = 1: a packet that can be read disturbs as well
+                hint: without it (on the command line: --set channel.interference_range_m=) it is range_m"#]],
+        );
+        check(
+            "interference_range_m = 2",
+            expect![[r#"
+                plan.toml:14: channel.interference_range_m has no meaning with channel.profile = "ideal"
+                hint: remove it (on the command line: --set channel.interference_range_m=)"#]],
+        );
+        check(
+            "profile = \"isis\"\noccluded_interference = true",
+            expect![[r#"
+                plan.toml:15: channel.occluded_interference has no meaning without channel.occlusion = true: bodies block nothing
+                hint: remove it (on the command line: --set channel.occluded_interference=)"#]],
+        );
+        check(
+            "occlusion = true\noccluded_interference = true",
+            expect![[r#"
+                plan.toml:15: channel.occluded_interference has no meaning with channel.profile = "ideal"
+                hint: remove it (on the command line: --set channel.occluded_interference=)"#]],
+        );
+    }
+
+    #[test]
     fn a_gain_too_high_for_the_cycle_is_refused() {
         check(
             "profile = \"isis\"\ncycle_s = 2",

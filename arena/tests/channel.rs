@@ -7,9 +7,10 @@ use arena::{
     frame::{ArenaPoint, Pose},
     hands::Alone,
     packets::Packets,
+    random::{Draws, Purpose},
     scenario::{Override, Scenario},
 };
-use protocol::{packet::Packet, robot_id::RobotId};
+use protocol::{oscillator::Oscillator, packet::Packet, robot_id::RobotId};
 
 /// Robots that all hear each other, and a channel that only collisions disturb.
 fn crowd(robots: usize, seed: u64, channel: &[String]) -> Scenario {
@@ -26,16 +27,29 @@ fn crowd(robots: usize, seed: u64, channel: &[String]) -> Scenario {
     Scenario::parse("crowd", &text, &sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Robots close to each other.
+fn together(robots: usize) -> Vec<Pose> {
+    (0..robots).map(|robot| Pose::unturned(ArenaPoint::new(robot as f64 / 100.0, 0.5))).collect()
+}
+
 /// Plays `cycles` neighbor cycles of one tick each; what is heard in each.
-fn play(channel: &mut Channel, robots: usize, cycles: u64, mut heard: impl FnMut(&[Reception])) -> Packets {
-    let poses: Vec<Pose> =
-        (0..robots).map(|robot| Pose::unturned(ArenaPoint::new(robot as f64 / 100.0, 0.5))).collect();
-    let said: Vec<Option<Packet>> = (0..robots as u32)
+fn play(channel: &mut Channel, robots: usize, cycles: u64, heard: impl FnMut(&[Reception])) -> Packets {
+    play_at(channel, &together(robots), cycles, heard)
+}
+
+/// The same with robots that stand elsewhere.
+fn play_at(
+    channel: &mut Channel,
+    poses: &[Pose],
+    cycles: u64,
+    mut heard: impl FnMut(&[Reception]),
+) -> Packets {
+    let said: Vec<Option<Packet>> = (0..poses.len() as u32)
         .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
         .collect();
     let (mut packets, mut received) = (Packets::default(), Vec::new());
     for tick in 0..cycles {
-        let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &poses, said: &said };
+        let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses, said: &said };
         channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
         heard(&received);
         packets.check().unwrap();
@@ -45,19 +59,31 @@ fn play(channel: &mut Channel, robots: usize, cycles: u64, mut heard: impl FnMut
 
 /// Mean over seeds of the delivered share of a crowd with `k` disturbers, and its standard error.
 fn delivered(k: usize, half_duplex: bool, settings: &[String]) -> (f64, f64) {
+    delivered_among(together, k, half_duplex, settings)
+}
+
+/// The same of robots that all disturb each other, wherever they are placed.
+fn delivered_among(
+    place: impl Fn(usize) -> Vec<Pose>,
+    k: usize,
+    half_duplex: bool,
+    settings: &[String],
+) -> (f64, f64) {
     const SEEDS: u64 = 120;
     const CYCLES: u64 = 25;
     // A sender, a receiver (a disturber itself in half duplex), and the others.
     let robots = k + 2 - usize::from(half_duplex);
     let settings = [settings, &[format!("half_duplex={half_duplex}")]].concat();
+    let poses = place(robots);
+    let arrived = |packets: &Packets| packets.heard + packets.collided + packets.half_duplex;
     let shares: Vec<f64> = (1..=SEEDS)
         .map(|seed| {
             let mut channel = Channel::new(&crowd(robots, seed, &settings));
             // The first packets have nobody before them.
-            let first = play(&mut channel, robots, 2, |_| {});
+            let first = play_at(&mut channel, &poses, 2, |_| {});
             let mut all = Channel::new(&crowd(robots, seed, &settings));
-            let all = play(&mut all, robots, CYCLES, |_| {});
-            (all.heard - first.heard) as f64 / (all.in_range - first.in_range) as f64
+            let all = play_at(&mut all, &poses, CYCLES, |_| {});
+            (all.heard - first.heard) as f64 / (arrived(&all) - arrived(&first)) as f64
         })
         .collect();
     let mean = shares.iter().sum::<f64>() / SEEDS as f64;
@@ -67,6 +93,11 @@ fn delivered(k: usize, half_duplex: bool, settings: &[String]) -> (f64, f64) {
 
 /// Holds every scheme with these settings against its closed form, in half and full duplex.
 fn check(settings_of: impl Fn(f64) -> Vec<Vec<String>>) {
+    check_among(together, settings_of);
+}
+
+/// The same of robots that all disturb each other, wherever they are placed.
+fn check_among(place: impl Fn(usize) -> Vec<Pose>, settings_of: impl Fn(f64) -> Vec<Vec<String>>) {
     for r in [0.02, 0.04, 0.08] {
         for settings in settings_of(r) {
             let settings = [vec![format!("airtime_s={r}")], settings].concat();
@@ -74,7 +105,7 @@ fn check(settings_of: impl Fn(f64) -> Vec<Vec<String>>) {
                 for half_duplex in [false, true] {
                     let scenario = crowd(2, 1, &settings);
                     let predicted = delivered_share(&scenario.channel, k as u32).unwrap();
-                    let (mean, error) = delivered(k, half_duplex, &settings);
+                    let (mean, error) = delivered_among(&place, k, half_duplex, &settings);
                     println!(
                         "{settings:?} k = {k}, half duplex {half_duplex}: {mean:.4} ± {error:.4}, {predicted:.4}"
                     );
@@ -118,6 +149,203 @@ fn slots_deliver_what_theory_says() {
 #[test]
 fn phases_deliver_what_theory_says_of_wrapped_time() {
     check(|_| vec![vec![set("access=fixed-phase")], vec![set("access=fixed-phase"), set("jitter_s=0.5")]]);
+}
+
+/// Two groups out of each other's range of half a meter, but not of an interference range of a meter.
+fn apart(robots: usize) -> Vec<Pose> {
+    let place = |robot: usize| 0.8 * (robot % 2) as f64 + robot as f64 / 200.0;
+    (0..robots).map(|robot| Pose::unturned(ArenaPoint::new(place(robot), 0.5))).collect()
+}
+
+#[test]
+fn packets_too_weak_to_be_read_disturb_as_theory_says() {
+    let far = [set("range_m=0.5"), set("interference_range_m=1")];
+    check_among(apart, |r| {
+        let guards = [1.0, 3.0].map(|guards| vec![set("access=random"), format!("guard_s={}", guards * r)]);
+        let slots = vec![set("access=slotted"), format!("slots={}", (1.0 / r + 1e-9) as u32)];
+        let others =
+            [vec![set("access=aligned")], vec![set("access=fixed-phase"), set("jitter_s=0.5")], slots];
+        // The last fades at the rim of its own group, and disturbs all the same.
+        let fading = [far.to_vec(), vec![set("access=random"), set("soft_edge_m=0.5")]].concat();
+        let settings = guards.into_iter().chain(others).map(|settings| [far.to_vec(), settings].concat());
+        settings.chain([fading]).collect()
+    });
+}
+
+#[test]
+fn who_is_disturbed_from_afar_is_counted_with_all_who_disturb() {
+    let settings =
+        [set("range_m=0.5"), set("interference_range_m=1"), set("access=random"), set("half_duplex=false")];
+    let mut channel = Channel::new(&crowd(8, 1, &settings));
+    play_at(&mut channel, &apart(8), 20, |_| {});
+    let disturbers: Vec<u32> =
+        channel.crowding().unwrap().iter().map(|(disturbers, ..)| disturbers).collect();
+    assert_eq!(disturbers, [6], "of eight robots neither the sender nor the receiver");
+}
+
+/// How the packets of one robot fare at another.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    Read,
+    Disturbs,
+    Lost,
+}
+
+/// A channel written anew, pair by pair: the share of packets heard among those that arrive.
+fn heard_by_brute_force(poses: &[Pose], channel: &arena::scenario::ChannelSpec, seed: u64) -> f64 {
+    const CYCLES: u64 = 40;
+    const RADIUS_M: f64 = 0.05;
+    let (airtime_s, window_s) = (channel.airtime_s.unwrap().get(), 1.0 - channel.guard_s.unwrap().get());
+    let (range_m, edge_m) = (channel.range_m.unwrap().get(), channel.soft_edge_m.unwrap().get());
+    let interference_m = channel.interference_range_m.unwrap().get();
+    let mut draws = Draws::of(seed, Purpose::FuzzChannel, 0, 0, 0);
+    let mut packets = Vec::new();
+    for sender in 0..poses.len() {
+        let phase_s = draws.unit();
+        packets.extend((0..CYCLES).map(|cycle| (cycle as f64 + phase_s + window_s * draws.unit(), sender)));
+    }
+    packets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let blocked = |from: usize, to: usize| {
+        let (start, way) = (poses[from].position, poses[to].position - poses[from].position);
+        poses.iter().enumerate().filter(|(body, _)| *body != from && *body != to).any(|(_, body)| {
+            let offset = body.position - start;
+            let along = offset.dot(&way) / way.norm_squared();
+            (0.0..=1.0).contains(&along) && (offset - way * along).norm() < RADIUS_M
+        })
+    };
+    let mut way = |sender: usize, receiver: usize| {
+        let distance_m = (poses[receiver].position - poses[sender].position).norm();
+        let fades = distance_m > range_m || (range_m - distance_m) / edge_m < draws.unit();
+        let disturbs = if interference_m > range_m { distance_m <= interference_m } else { !fades };
+        match blocked(sender, receiver) {
+            true if disturbs && channel.occluded_interference == Some(true) => Way::Disturbs,
+            true => Way::Lost,
+            false if !fades => Way::Read,
+            false if disturbs => Way::Disturbs,
+            false => Way::Lost,
+        }
+    };
+    let (mut heard, mut arrived) = (0_u64, 0_u64);
+    for receiver in 0..poses.len() {
+        let here: Vec<(f64, Way)> = packets
+            .iter()
+            .filter(|(_, sender)| *sender != receiver)
+            .map(|&(start_s, sender)| (start_s, way(sender, receiver)))
+            .collect();
+        let own: Vec<f64> =
+            packets.iter().filter(|packet| packet.1 == receiver).map(|packet| packet.0).collect();
+        let mut locked_s = f64::NEG_INFINITY;
+        for (place, &(start_s, _)) in here.iter().enumerate().filter(|(_, (_, way))| *way == Way::Read) {
+            arrived += 1;
+            if channel.half_duplex == Some(true)
+                && own.iter().any(|own_s| (own_s - start_s).abs() < airtime_s)
+            {
+                continue;
+            }
+            let overlaps = |&&(other_s, _): &&(f64, Way)| (other_s - start_s).abs() < airtime_s;
+            let before = || here[..place].iter().rev().take_while(overlaps);
+            let after = || here[place + 1..].iter().take_while(overlaps);
+            let gets_through = match channel.capture.unwrap() {
+                arena::scenario::Capture::None => before().chain(after()).all(|(_, way)| *way == Way::Lost),
+                arena::scenario::Capture::FirstLock if before().any(|(_, way)| *way == Way::Disturbs) => {
+                    false
+                }
+                arena::scenario::Capture::FirstLock if locked_s > start_s => false,
+                arena::scenario::Capture::FirstLock => {
+                    locked_s = start_s + airtime_s;
+                    true
+                }
+            };
+            heard += u64::from(gets_through);
+        }
+    }
+    heard as f64 / arrived as f64
+}
+
+#[test]
+fn what_bodies_hide_and_what_fades_disturbs_as_in_a_channel_written_anew() {
+    const SCENES: u64 = 150;
+    const ROBOTS: usize = 14;
+    let mut shares = Vec::new();
+    for interference in ["1", "1.4"] {
+        for occluded in [false, true] {
+            for capture in ["none", "first-lock"] {
+                let text = format!(
+                    "duration_s = 1000
+                     step_s = 1
+                     arena.size_m = [2, 2]
+                     robots = {{ count = {ROBOTS}, radius_m = 0.05 }}
+                     controller.gain_per_s = 1
+                     channel = {{ profile = \"isis\", range_m = 1, soft_edge_m = 0.4, cycle_s = 1, airtime_s = 0.03,
+                         capture = \"{capture}\", interference_range_m = {interference}, occlusion = true,
+                         occluded_interference = {occluded} }}"
+                );
+                let (mut differences, mut sum) = (Vec::new(), 0.0);
+                for seed in 1..=SCENES {
+                    let sets = [format!("seed={seed}").parse().unwrap()];
+                    let scenario =
+                        Scenario::parse("scene", &text, &sets).unwrap_or_else(|error| panic!("{error}"));
+                    let poses = arena::placement::start(&scenario).unwrap();
+                    let packets = play_at(&mut Channel::new(&scenario), &poses, 40, |_| {});
+                    let arrived = packets.heard + packets.collided + packets.half_duplex;
+                    let share = packets.heard as f64 / arrived as f64;
+                    differences.push(share - heard_by_brute_force(&poses, &scenario.channel, seed));
+                    sum += share;
+                }
+                let mean = differences.iter().sum::<f64>() / SCENES as f64;
+                let squares = differences.iter().map(|difference| (difference - mean).powi(2)).sum::<f64>();
+                let error = (squares / (SCENES * (SCENES - 1)) as f64).sqrt();
+                let share = sum / SCENES as f64;
+                println!(
+                    "interference {interference} m, occluded {occluded}, {capture}: {share:.4}, {mean:+.5} ± {error:.5}"
+                );
+                assert!(mean.abs() <= 3.0 * error, "{interference} {occluded} {capture}: {mean} ± {error}");
+                shares.push(share);
+            }
+        }
+    }
+    // The more disturbs, the less is heard: none and first-lock, each without and with what bodies hide.
+    for nearer in [0, 4] {
+        assert!(shares[nearer] > shares[nearer + 2] && shares[nearer + 1] > shares[nearer + 3], "{shares:?}");
+    }
+    assert!((0..4).all(|setting| shares[setting] > shares[setting + 4] + 0.01), "{shares:?}");
+}
+
+#[test]
+fn a_packet_that_cannot_be_read_never_takes_a_receiver_and_takes_none_away() {
+    // Robot 0 hears robot 1; robot 2 disturbs robot 0 alone. With a lock, a packet that began before keeps it.
+    let poses = [0.0, 0.4, 0.8].map(|x| Pose::unturned(ArenaPoint::new(1.0 - x, 0.5)));
+    let share = |capture: &str| {
+        let settings = [
+            set("airtime_s=0.1"),
+            set("guard_s=0.1"),
+            set("access=aligned"),
+            set("half_duplex=false"),
+            set("range_m=0.5"),
+            set("interference_range_m=0.9"),
+            format!("capture={capture}"),
+        ];
+        let (mut from_1, mut from_2, mut packets) = (0_u64, 0_u64, 0_u64);
+        for seed in 1..=200 {
+            let mut channel = Channel::new(&crowd(3, seed, &settings));
+            play_at(&mut channel, &poses, 40, |receptions| {
+                let at_0 =
+                    |sender| receptions.iter().filter(move |r| (r.receiver, r.sender) == (0, sender)).count();
+                from_1 += at_0(1) as u64;
+                from_2 += at_0(2) as u64;
+            });
+            packets += 40;
+        }
+        assert_eq!(from_2, 0);
+        from_1 as f64 / packets as f64
+    };
+    let (destroyed, locked) = (share("none"), share("first-lock"));
+    // In a common frame; half of those who meet came first.
+    assert!((locked - (1.0 + destroyed) / 2.0).abs() < 0.01, "{destroyed} {locked}");
+    assert!(
+        (destroyed - (1.0_f64 - 1.0 / 9.0).powi(2)).abs() < 0.01,
+        "two starts in a window of nine airtimes"
+    );
 }
 
 #[test]
@@ -204,6 +432,50 @@ fn fixed_phases_miss_in_rows_and_jitter_breaks_them() {
         println!("jitter {jitter}: {share:.4}, published {published}");
         assert!((share - published).abs() <= 0.01, "jitter {jitter}: {share}, published {published}");
     }
+}
+
+/// Numbers of the packets of robot 0 that robot 1 hears of two at fixed phases, one cycle a second.
+fn heard_of_two(seed: u64, drift_ppm: f64, cycles: u64) -> Vec<u64> {
+    let settings = [set("access=fixed-phase"), set("airtime_s=0.04")];
+    let mut scenario = crowd(2, seed, &settings);
+    scenario.processes.clock_drift_ppm = arena::scenario::NonNegative::new(drift_ppm).unwrap();
+    let mut numbers = Vec::new();
+    play(&mut Channel::new(&scenario), 2, cycles, |receptions| {
+        numbers.extend(receptions.iter().filter(|heard| heard.sender == 0).map(|heard| heard.number));
+    });
+    numbers
+}
+
+#[test]
+fn fixed_phases_slide_past_each_other_where_clocks_drift() {
+    const DRIFT_PPM: f64 = 2000.0;
+    const CYCLES: u64 = 600;
+    let mut freed = 0;
+    for seed in 1..=200 {
+        let phase = |robot| Draws::of(seed, Purpose::Phase, 0, robot, 0).unit();
+        let drift = |robot| Oscillator::of(RobotId::first(robot), seed, DRIFT_PPM).drift();
+        // Both transmit at once, so that neither ever hears the other.
+        let apart = phase(1) - phase(0);
+        if apart.abs() > 0.039 {
+            continue;
+        }
+        assert!(heard_of_two(seed, 0.0, CYCLES).is_empty(), "seed {seed}: even clocks stay as they are");
+        // Clocks agree a second before tick 0, where packet 1 is due but for the phase.
+        let start = |robot, number: f64| (phase(robot) + number - 1.0) * (1.0 + drift(robot));
+        let meets = |number: &u64| (start(1, *number as f64) - start(0, *number as f64)).abs() < 0.04;
+        let first = (1..CYCLES).find(|number| !meets(number)).unwrap_or(CYCLES);
+        // By how much one gains on the other in a cycle, and how far it has to.
+        let slide = drift(1) - drift(0);
+        let cycles = (0.04 - apart * slide.signum()) / slide.abs();
+        assert!((first as f64 - 1.0 - cycles).abs() <= 2.0 || first == CYCLES, "{first} {cycles}");
+        let heard = heard_of_two(seed, DRIFT_PPM, CYCLES);
+        match heard.first() {
+            Some(number) => assert_eq!(*number, first, "seed {seed}"),
+            None => assert!(first + 2 >= CYCLES, "seed {seed}: {first}"),
+        }
+        freed += u32::from(!heard.is_empty());
+    }
+    assert!(freed >= 5, "{freed} rows of misses have ended");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, anyhow, ensure};
 use arena_daemon::stop::StopFlag;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Deserialize;
@@ -51,6 +51,12 @@ pub(crate) struct Summary {
     ticks: u32,
     ended: String,
     packets: Packets,
+    /// Seconds until everybody had joined.
+    #[serde(default)]
+    start_up_s: Option<f64>,
+    /// Of processes alone.
+    #[serde(default)]
+    agents: Option<Agents>,
     /// Hash over all ticks.
     pub(crate) digest: String,
     /// Wall time of a tick.
@@ -69,7 +75,38 @@ pub(crate) struct TickTimes {
     pub(crate) p50: f64,
 }
 
+/// What the agents' processes took.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Agents {
+    cycle_us: Option<TickTimes>,
+    processes: Option<Usage>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Usage {
+    count: u32,
+    #[serde(default)]
+    pss_kb: Option<u64>,
+}
+
 impl Summary {
+    /// Median time of an agent's cycle, from its percept to its command; `None` in process, or unprofiled.
+    pub(crate) fn control_cycle_us(&self) -> Option<f64> {
+        Some(self.agents?.cycle_us?.p50)
+    }
+
+    /// Memory of an agent, what it shares with others counted by its share.
+    pub(crate) fn pss_kb_per_agent(&self) -> Option<f64> {
+        let usage = self.agents?.processes.filter(|usage| usage.count > 0)?;
+        Some(usage.pss_kb? as f64 / f64::from(usage.count))
+    }
+
+    /// Time until everybody had joined; `None` in process.
+    pub(crate) fn start_up_of_processes_s(&self) -> Option<f64> {
+        self.start_up_s.filter(|_| self.agents.is_some())
+    }
+
     /// Packets one robot heard in one tick, on average.
     pub(crate) fn heard_per_robot_and_tick(&self) -> f64 {
         // A run of n ticks ends with tick number n, having begun with tick 0.
@@ -77,10 +114,14 @@ impl Summary {
     }
 }
 
+/// A `lamplight` of some build; it finds its other programs beside itself.
+#[derive(Debug)]
+pub(crate) struct Program(PathBuf);
+
 /// The program, and what it is to run.
 #[derive(Debug)]
 pub(crate) struct Lamplight {
-    program: PathBuf,
+    program: Program,
     scenario: PathBuf,
     sets: Vec<String>,
 }
@@ -88,12 +129,8 @@ pub(crate) struct Lamplight {
 impl Lamplight {
     /// The one that lies in our own folder, so that it is of our own build.
     pub(crate) fn beside_us(scenario: &Path, sets: &[String]) -> anyhow::Result<Self> {
-        let us = std::env::current_exe().context("cannot find our own program")?;
-        let program = us.with_file_name("lamplight");
-        if !program.is_file() {
-            bail!("{} is missing; build all with `scripts/build`", program.display());
-        }
         ensure!(scenario.is_file(), "{} is missing; name one by --scenario", scenario.display());
+        let program = Program::beside_us()?;
         Ok(Self { program, scenario: scenario.to_path_buf(), sets: sets.to_vec() })
     }
 
@@ -107,24 +144,49 @@ impl Lamplight {
         stop: &StopFlag,
     ) -> anyhow::Result<Summary> {
         let side_m = side_m(robots);
+        let mut arguments = vec![self.scenario.display().to_string(), format!("--robots={robots}")];
+        arguments.push(format!("--duration={}", f64::from(ticks) / TICKS_PER_S));
+        arguments.push(format!("--set=arena.size_m=[{side_m}, {side_m}]"));
+        arguments.extend(self.sets.iter().map(|set| format!("--set={set}")));
+        self.program.run(engine, &arguments, stop)
+    }
+}
+
+impl Program {
+    /// The one that lies in our own folder.
+    pub(crate) fn beside_us() -> anyhow::Result<Self> {
+        let us = std::env::current_exe().context("cannot find our own program")?;
+        Self::at(&us.with_file_name("lamplight"))
+    }
+
+    /// The one at `path`.
+    pub(crate) fn at(path: &Path) -> anyhow::Result<Self> {
+        ensure!(path.is_file(), "{} is missing; build all with `scripts/build`", path.display());
+        Ok(Self(path.to_path_buf()))
+    }
+
+    /// Runs what `arguments` name: a scenario, and options. Once `stop` is raised, the run is told to end, and that is
+    /// an error.
+    pub(crate) fn run(
+        &self,
+        engine: Engine,
+        arguments: &[String],
+        stop: &StopFlag,
+    ) -> anyhow::Result<Summary> {
         // Files, not pipes: nobody has to read them while the run lasts.
         let (mut output, mut log) = (tempfile::tempfile()?, tempfile::tempfile()?);
         // Only processes have a run with a name.
         let name = (engine == Engine::Lockstep).then(|| format!("--name={}", our_name()));
-        let mut run = Command::new(&self.program)
+        let mut run = Command::new(&self.0)
             .arg("run")
-            .arg(&self.scenario)
+            .args(arguments)
             .args(["--engine", engine.name(), "--json", "--quiet"])
-            .args(["--robots", &robots.to_string()])
-            .args(["--duration", &(f64::from(ticks) / TICKS_PER_S).to_string()])
-            .args(["--set", &format!("arena.size_m=[{side_m}, {side_m}]")])
             .args(name)
-            .args(self.sets.iter().map(|set| format!("--set={set}")))
             .stdin(Stdio::null())
             .stdout(output.try_clone()?)
             .stderr(log.try_clone()?)
             .spawn()
-            .with_context(|| format!("cannot start {}", self.program.display()))?;
+            .with_context(|| format!("cannot start {}", self.0.display()))?;
         let mut told = false;
         let status = loop {
             if let Some(status) = run.try_wait()? {
@@ -164,7 +226,7 @@ fn reason(log: &str) -> Option<anyhow::Error> {
 }
 
 /// Side of a square that gives `robots` robots the room they have in the scenario.
-fn side_m(robots: u32) -> f64 {
+pub(crate) fn side_m(robots: u32) -> f64 {
     SIDE_M * (f64::from(robots) / f64::from(ROBOTS)).sqrt()
 }
 

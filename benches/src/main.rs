@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+mod against;
 mod bench;
 mod figure;
 mod floor;
@@ -46,7 +47,7 @@ struct Cli {
     bench: BenchArgs,
 
     #[command(subcommand)]
-    internal: Option<Internal>,
+    other: Option<Other>,
 }
 
 #[derive(Args, Debug)]
@@ -84,6 +85,15 @@ struct BenchArgs {
     csv: Option<PathBuf>,
 }
 
+/// Something other than the tables.
+#[derive(Debug, Subcommand)]
+enum Other {
+    /// Measure this build against another one, pair by pair; `scripts/bench --against COMMIT` does all of it
+    Against(against::AgainstArgs),
+    #[command(flatten)]
+    Internal(Internal),
+}
+
 /// One process of a floor; started by this program only.
 #[derive(Debug, Subcommand)]
 enum Internal {
@@ -100,9 +110,10 @@ enum Internal {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let done = match &cli.internal {
+    let done = match &cli.other {
         None => run(&cli.bench),
-        Some(agent) => live(agent).map(|()| ExitCode::SUCCESS),
+        Some(Other::Against(args)) => compare(args),
+        Some(Other::Internal(agent)) => live(agent).map(|()| ExitCode::SUCCESS),
     };
     done.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
@@ -145,9 +156,24 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     if let Some(csv) = csv {
         results::write_csv(&sizes, csv).context("cannot write the measurements")?;
     }
-    let Some(signal) = stop.signal() else { return Ok(ExitCode::SUCCESS) };
-    eprintln!("interrupted: rounds are missing");
-    Ok(exit_status(signal).into())
+    Ok(ended(&stop, "rounds"))
+}
+
+fn compare(args: &against::AgainstArgs) -> anyhow::Result<ExitCode> {
+    machine::raise_open_files().context("cannot raise the limit on open files")?;
+    let stop = StopFlag::default();
+    stop.on_signals().context("cannot listen to signals")?;
+    let text = against::measured(args, &stop)?;
+    println!("{}\n", machine::described());
+    print!("{text}");
+    Ok(ended(&stop, "pairs"))
+}
+
+/// How the program ends: `what` is missing if it was interrupted.
+fn ended(stop: &StopFlag, what: &str) -> ExitCode {
+    let Some(signal) = stop.signal() else { return ExitCode::SUCCESS };
+    eprintln!("interrupted: {what} are missing");
+    exit_status(signal).into()
 }
 
 /// Who is measured, in the order of the columns, and who is not although nobody said so, with the reason. Somebody who

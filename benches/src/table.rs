@@ -67,7 +67,8 @@ fn ratios(sizes: &[Size], columns: &[(Peer, Peer)]) -> String {
     )
 }
 
-fn table(header: impl Iterator<Item = String>, rows: impl Iterator<Item = Vec<String>>) -> String {
+/// A Markdown table, all columns to the right.
+pub(crate) fn table(header: impl Iterator<Item = String>, rows: impl Iterator<Item = Vec<String>>) -> String {
     let header: Vec<String> = header.collect();
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let rows: String = rows.map(|row| line(&row)).collect();
@@ -78,7 +79,8 @@ fn cell(spread: Option<Spread>) -> String {
     spread.map_or_else(dash, |spread| spread.to_string())
 }
 
-fn dash() -> String {
+/// What stands for a value that is not there.
+pub(crate) fn dash() -> String {
     "–".to_owned()
 }
 

@@ -1,7 +1,7 @@
 //! What crosses a process boundary in a Lamplight run.
 //!
-//! The first half is `no_std` and knows no operating system: units, the body frame, robot ids,
-//! infrared packets, percepts and commands. The second half, behind the feature `ipc`, carries
+//! The first half is `no_std` and knows no operating system: units, the body frame, robot ids and their
+//! clocks, infrared packets, percepts and commands. The second half, behind the feature `ipc`, carries
 //! them between processes: raw shared-memory messages, iceoryx2 services, the doorbell, the run's
 //! directory and the codec of control blobs.
 
@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod command;
 pub mod frame;
+pub mod oscillator;
 pub mod packet;
 pub mod percept;
 pub mod robot_id;

@@ -89,14 +89,14 @@ impl Mode {
     }
 }
 
-/// How good a robot's own clock is, which it wakes up by in real time.
+/// How good a robot's own clock is: in real time it wakes up by it, and where its infrared runs free it sends by it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClockSetup {
     /// Each clock runs fast or slow by a share of its own, up to this many parts per million.
     pub drift_ppm: f64,
     /// Each wake-up comes late by a time of its own, up to this.
     pub jitter: Seconds,
-    /// What both are drawn from, together with the robot's id.
+    /// What both are drawn from, together with the robot's id: each life of it has a clock of its own.
     pub seed: u64,
 }
 

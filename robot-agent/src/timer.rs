@@ -5,11 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::{robot_id::RobotId, setup::ClockSetup, units::Seconds};
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{Rng, SeedableRng},
-};
+use protocol::{oscillator::Oscillator, robot_id::RobotId, setup::ClockSetup, units::Seconds};
 
 /// Fires once per period.
 #[derive(Clone, Debug)]
@@ -17,7 +13,7 @@ pub(crate) struct Timer {
     /// By the robot's own clock, which is not quite that of the wall.
     period: Duration,
     jitter: Duration,
-    draws: ChaCha8Rng,
+    oscillator: Oscillator,
     /// When the cycle to come begins; the one before has to be done by then.
     due: Instant,
     /// When the timer fires for it: then or a little later.
@@ -34,18 +30,13 @@ pub(crate) struct Fired {
 }
 
 impl Timer {
-    /// The timer of robot `id`, which fires at `now` for the first time. The same robot has the same drift in
-    /// every run of a seed. `None` if the cycle is longer than a clock can count.
+    /// The timer of robot `id`, which fires at `now` for the first time. The same life of a robot has the
+    /// same drift in every run of a seed; a restarted robot draws another. `None` if the cycle is longer than a clock can count.
     pub(crate) fn new(id: RobotId, cycle: Seconds, clock: &ClockSetup, now: Instant) -> Option<Self> {
-        let mut key = [0; 32];
-        key[..8].copy_from_slice(&clock.seed.to_le_bytes());
-        key[8..12].copy_from_slice(&id.index.to_le_bytes());
-        key[12..14].copy_from_slice(&id.incarnation.to_le_bytes());
-        let mut draws = ChaCha8Rng::from_seed(key);
-        let drift = clock.drift_ppm * 1e-6 * (2.0 * unit(&mut draws) - 1.0);
-        let period = Duration::try_from_secs_f64(cycle.get() * (1.0 + drift)).ok()?;
+        let oscillator = Oscillator::of(id, clock.seed, clock.drift_ppm);
+        let period = Duration::try_from_secs_f64(cycle.get() * (1.0 + oscillator.drift())).ok()?;
         let jitter = Duration::try_from_secs_f64(clock.jitter.get()).ok()?;
-        Some(Self { period, jitter, draws, due: now, fires: now })
+        Some(Self { period, jitter, oscillator, due: now, fires: now })
     }
 
     /// When it fires.
@@ -64,7 +55,7 @@ impl Timer {
         let skipped = now.saturating_duration_since(self.due).as_nanos() / self.period.as_nanos().max(1);
         let skipped = u32::try_from(skipped).unwrap_or(u32::MAX);
         self.due += self.period.saturating_mul(skipped.saturating_add(1));
-        self.fires = self.due + self.jitter.mul_f64(unit(&mut self.draws));
+        self.fires = self.due + self.jitter.mul_f64(self.oscillator.draw());
         Fired { late, skipped }
     }
 
@@ -72,11 +63,6 @@ impl Timer {
     pub(crate) fn is_in_time(&self, now: Instant) -> bool {
         now <= self.due
     }
-}
-
-/// Uniform in [0, 1).
-fn unit(draws: &mut ChaCha8Rng) -> f64 {
-    (draws.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
 #[cfg(test)]

@@ -59,6 +59,27 @@ fn what_goes_wrong_by_plan_goes_wrong_alike_in_both_engines() {
     }
 }
 
+/// Clocks that drift, and robots that come back with other clocks, in every access.
+#[test]
+fn clocks_that_drift_send_alike_in_both_engines() {
+    let faults = r#"fault=[{ kind = "kill", robots = "0-4", at_s = 2, restart_at_s = 4 },
+        { kind = "kill", robots = "3-6", at_s = 5, restart_at_s = 5.1 }, { kind = "pause", robots = 8, from_s = 3, until_s = 6 }]"#;
+    for access in ["random", "fixed-phase", "aligned"] {
+        let (access_key, drift) = (format!("channel.access={access}"), "processes.clock_drift_ppm=20000");
+        let options =
+            ["--duration", "10", "--set", "channel.profile=isis", "--set", &access_key, "--set", faults];
+        let drifting = [&options[..], &["--set", drift]].concat();
+        let (even, in_process) = (
+            Run::of("swarmbots", &[&options[..], &IN_PROCESS].concat()),
+            Run::of("swarmbots", &[&drifting[..], &IN_PROCESS].concat()),
+        );
+        let processes = Run::of("swarmbots", &[&drifting[..], &PATIENT].concat());
+        assert_eq!(processes.digest(), in_process.digest(), "{access}");
+        assert_eq!(processes.summary["packets"], in_process.summary["packets"], "{access}");
+        assert_eq!(even.digest() == in_process.digest(), access == "aligned", "shared cycles stay shared");
+    }
+}
+
 #[test]
 fn a_busy_machine_changes_nothing() {
     let done = AtomicBool::new(false);

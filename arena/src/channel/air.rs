@@ -1,15 +1,16 @@
-//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins.
+//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins. Where a scenario asks
+//! for it, packets that nobody can read there destroy as well.
 //!
 //! All packets last equally long, so in the order in which they start they also end, and what
 //! overlaps with a packet at a receiver is its neighbor in that order.
 
 use std::mem;
 
-use protocol::packet::Packet;
+use protocol::{packet::Packet, robot_id::RobotId};
 
 use super::{
     Moment, Reception,
-    access::Schedule,
+    access::{Rhythm, Schedule},
     reach::{Reach, Reached},
 };
 use crate::{
@@ -32,6 +33,8 @@ pub(super) struct Air {
     capture: Capture,
     /// Up to when the air has been played.
     played_s: f64,
+    /// What each robot keeps time by.
+    rhythms: Vec<Rhythm>,
     /// Each robot's next packet.
     next: Vec<Next>,
     /// Packets in the order of their starts: those still in the air, and before them those that
@@ -41,7 +44,9 @@ pub(super) struct Air {
     resolved: usize,
     /// Until when each receiver follows the packet it has locked to.
     locked_s: Vec<f64>,
-    /// How many robots each robot's last packet reached.
+    /// Whether some packets may disturb others without being read.
+    disturbs_unread: bool,
+    /// How many robots each robot's last packet reached, to be read or only to disturb: as many disturb it.
     degrees: Vec<Option<u32>>,
     crowding: Crowding,
     by_robot: ByRobot,
@@ -56,6 +61,8 @@ pub(super) struct Air {
 struct ByRobot {
     /// Which packets reach it, in order.
     arrivals: Lists,
+    /// Which packets only disturb it, in order; kept only if some may.
+    disturbing: Lists,
     /// Which are its own, in order.
     own: Lists,
     /// (robot, packet), while they are grouped.
@@ -63,8 +70,15 @@ struct ByRobot {
 }
 
 impl ByRobot {
-    fn sort(&mut self, robots: usize, packets: &[Transmission]) {
-        let Self { arrivals, own, entries } = self;
+    fn sort(&mut self, robots: usize, packets: &[Transmission], disturbs_unread: bool) {
+        let Self { arrivals, disturbing, own, entries } = self;
+        if disturbs_unread {
+            entries.clear();
+            for (at, packet) in packets.iter().enumerate() {
+                entries.extend(packet.reached.disturbed.iter().map(|&receiver| (receiver as usize, at)));
+            }
+            disturbing.regroup(robots, entries);
+        }
         entries.clear();
         for (at, packet) in packets.iter().enumerate() {
             entries.extend(packet.reached.robots.iter().map(|&receiver| (receiver as usize, at)));
@@ -127,13 +141,15 @@ impl Crowding {
 }
 
 impl Air {
-    pub(super) fn new(scenario: &Scenario) -> Self {
+    pub(super) fn new(scenario: &Scenario, reach: &Reach) -> Self {
         let schedule = Schedule::new(scenario);
         let robots = scenario.robot_count();
         // The channel has been at work for a cycle when the run begins.
         let played_s = -scenario.cycle_s();
-        let first = |sender| {
-            let starts = (0..).map(|number| Next { number, start_s: schedule.start_s(sender, number) });
+        let rhythms: Vec<Rhythm> = (0..robots).map(|sender| schedule.first_rhythm(sender)).collect();
+        let first = |(sender, rhythm)| {
+            let starts =
+                (0..).map(|number| Next { number, start_s: schedule.start_s(rhythm, sender, number) });
             starts.into_iter().find(|next| next.start_s >= played_s).expect("later packets start later")
         };
         Self {
@@ -141,11 +157,13 @@ impl Air {
             half_duplex: scenario.channel.half_duplex == Some(true),
             capture: scenario.channel.capture.unwrap_or(Capture::None),
             played_s,
-            next: (0..robots).map(first).collect(),
+            next: (0..).zip(&rhythms).map(first).collect(),
+            rhythms,
             schedule,
             packets: Vec::new(),
             resolved: 0,
             locked_s: vec![f64::NEG_INFINITY; robots as usize],
+            disturbs_unread: reach.disturbs_unread(),
             degrees: vec![None; robots as usize],
             crowding: Crowding::default(),
             by_robot: ByRobot::default(),
@@ -185,12 +203,15 @@ impl Air {
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
     ) -> u64 {
         let mut starting = mem::take(&mut self.starting);
-        for (sender, next) in self.next.iter_mut().enumerate() {
+        for (sender, (next, rhythm)) in self.next.iter_mut().zip(&self.rhythms).enumerate() {
             while next.start_s < self.played_s {
                 starting.push((next.start_s, sender as u32, next.number));
                 let number = next.number + 1;
-                *next = Next { number, start_s: self.schedule.start_s(sender as u32, number) };
+                *next = Next { number, start_s: self.schedule.start_s(rhythm, sender as u32, number) };
             }
+        }
+        if self.schedule.has_own_clocks() {
+            self.wind_clocks(moment);
         }
         starting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         reach.look(moment.poses, |robot| moment.said[robot].is_some());
@@ -198,12 +219,23 @@ impl Air {
             let Some(packet) = moment.said[sender as usize] else { continue };
             let mut reached = self.spare.pop().unwrap_or_default();
             reach.of(sender, number, &mut reached);
-            self.degrees[sender as usize] = Some(reached.robots.len() as u32);
+            self.degrees[sender as usize] = Some((reached.robots.len() + reached.disturbed.len()) as u32);
             let packet = transmit(sender, packet);
             self.packets.push(Transmission { sender, number, start_s, packet, reached });
         }
         self.starting = starting;
         reach.listeners()
+    }
+
+    /// Gives robots that have been restarted the clocks of their new lives, from the packet after the next one on.
+    fn wind_clocks(&mut self, moment: &Moment<'_>) {
+        for (index, (rhythm, said)) in (0..).zip(self.rhythms.iter_mut().zip(moment.said)) {
+            let Some(incarnation) = said.map(|packet| packet.sender.incarnation) else { continue };
+            if rhythm.incarnation() != incarnation {
+                let id = RobotId { index, incarnation };
+                *rhythm = self.schedule.next_rhythm(rhythm, id, self.next[index as usize].number + 1);
+            }
+        }
     }
 
     /// Decides at every receiver about the packets that have ended.
@@ -228,13 +260,14 @@ impl Air {
             tally.occluded += occluded;
         }
         let mut by_robot = mem::take(&mut self.by_robot);
-        by_robot.sort(moment.poses.len(), &self.packets);
+        by_robot.sort(moment.poses.len(), &self.packets, self.disturbs_unread);
         for (receiver, (arrivals, own)) in by_robot.arrivals.iter().zip(by_robot.own.iter()).enumerate() {
             for (place, &at) in arrivals.iter().enumerate() {
                 if !(self.resolved..ended).contains(&at) {
                     continue;
                 }
-                let fate = self.fate(receiver, place, arrivals, own);
+                let disturbing = if self.disturbs_unread { &by_robot.disturbing[receiver] } else { &[] };
+                let fate = self.fate(receiver, place, arrivals, disturbing, own);
                 if !listens(receiver as u32) {
                     continue;
                 }
@@ -254,7 +287,14 @@ impl Air {
     }
 
     /// What becomes of the packet at `place` of a receiver's arrivals.
-    fn fate(&mut self, receiver: usize, place: usize, arrivals: &[usize], own: &[usize]) -> Fate {
+    fn fate(
+        &mut self,
+        receiver: usize,
+        place: usize,
+        arrivals: &[usize],
+        disturbing: &[usize],
+        own: &[usize],
+    ) -> Fate {
         let start_at = |place: usize| self.packets[arrivals[place]].start_s;
         let start_s = start_at(place);
         let overlap = |other_s: f64| (other_s - start_s).abs() < self.airtime_s - TOUCH_S;
@@ -263,6 +303,10 @@ impl Air {
         }
         let before = place > 0 && overlap(start_at(place - 1));
         let after = place + 1 < arrivals.len() && overlap(start_at(place + 1));
+        if self.is_disturbed(start_s, disturbing) {
+            // It does not lock the receiver either: nothing tells that it begins.
+            return Fate::Collided;
+        }
         match self.capture {
             Capture::None if before || after => Fate::Collided,
             Capture::None => Fate::Heard,
@@ -277,6 +321,18 @@ impl Air {
                 if free && alone { Fate::Heard } else { Fate::Collided }
             }
         }
+    }
+
+    /// Whether a packet that begins at `start_s` is destroyed by one of those that cannot be read: by any that overlaps
+    /// with it, or, if the receiver locks to the first packet, by one that is in the air already.
+    fn is_disturbed(&self, start_s: f64, disturbing: &[usize]) -> bool {
+        let other_s = |at: &usize| self.packets[*at].start_s;
+        let ended = disturbing.partition_point(|at| other_s(at) <= start_s - (self.airtime_s - TOUCH_S));
+        let begins_by = match self.capture {
+            Capture::None => start_s + (self.airtime_s - TOUCH_S),
+            Capture::FirstLock => start_s + TOUCH_S,
+        };
+        disturbing.get(ended).is_some_and(|at| other_s(at) < begins_by)
     }
 
     /// Counts a packet by how many could have disturbed it, once the receiver's own has told.

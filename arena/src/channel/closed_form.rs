@@ -2,7 +2,8 @@
 //!
 //! Notation: T the cycle, τ the airtime, D the guard at the end of a cycle, J the jitter, r = τ/T,
 //! k the robots that can disturb a packet (the receiver itself among them in half duplex).
-//! Without capture and without a soft edge; packets of different robots are independent.
+//! Without capture, and without a soft edge unless packets that fade out on it disturb as well (where
+//! `interference_range_m` is more than `range_m`); packets of different robots are independent.
 
 use crate::scenario::{Access, Capture, ChannelSpec};
 
@@ -16,7 +17,8 @@ use crate::scenario::{Access, Capture, ChannelSpec};
 /// | `slotted` | (1 − 1/s)ᵏ with s slots |
 /// | `aligned` | (1 − 2ρ)ᵏ⁺¹ + 2/(k + 1)·[(1 − ρ)ᵏ⁺¹ − (1 − 2ρ)ᵏ⁺¹], ρ = τ/(T − D) |
 pub fn delivered_share(channel: &ChannelSpec, k: u32) -> Option<f64> {
-    let fades = channel.soft_edge_m.is_some_and(|edge| edge.get() > 0.0);
+    let disturbs_beyond = channel.interference_range_m > channel.range_m;
+    let fades = channel.soft_edge_m.is_some_and(|edge| edge.get() > 0.0) && !disturbs_beyond;
     if channel.capture != Some(Capture::None) || fades {
         return None;
     }

@@ -1,4 +1,4 @@
-//! To whom a packet gets at all: range, its soft edge, and bodies in the line of sight.
+//! To whom a packet gets at all, to be read or only to disturb: range, its soft edge, and bodies in the line of sight.
 
 use nalgebra::Vector2;
 
@@ -16,6 +16,10 @@ pub(super) struct Rules {
     model: ChannelModel,
     range_m: f64,
     soft_edge_m: f64,
+    /// Distance up to which a packet disturbs others, at least `range_m`.
+    interference_m: f64,
+    /// Whether packets that are blocked disturb others.
+    blocked_disturb: bool,
     /// Radius of the bodies that block packets; 0 for none.
     blocking_radius_m: f64,
     size_m: [f64; 2],
@@ -27,6 +31,8 @@ pub(super) struct Rules {
 pub(super) struct Reached {
     /// The robots that it reaches, ascending.
     pub(super) robots: Vec<u32>,
+    /// The robots that it only disturbs, ascending: too weak to be read, or blocked.
+    pub(super) disturbed: Vec<u32>,
     /// How many more it would have reached but for the soft edge.
     pub(super) faded: u32,
     /// How many more but for a body in between.
@@ -38,6 +44,7 @@ pub(super) struct Reached {
 impl Reached {
     pub(super) fn clear(&mut self) {
         self.robots.clear();
+        self.disturbed.clear();
         (self.faded, self.occluded, self.examined) = (0, 0, 0);
     }
 
@@ -70,9 +77,12 @@ impl Rules {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let channel = &scenario.channel;
         let occlusion = channel.occlusion == Some(true);
+        let range_m = channel.range_m.map_or(f64::INFINITY, |range| range.get());
         Self {
             model: channel.model,
-            range_m: channel.range_m.map_or(f64::INFINITY, |range| range.get()),
+            range_m,
+            interference_m: channel.interference_range_m.map_or(range_m, |interference| interference.get()),
+            blocked_disturb: channel.occluded_interference == Some(true),
             soft_edge_m: channel.soft_edge_m.map_or(0.0, |edge| edge.get()),
             blocking_radius_m: if occlusion { scenario.robots.radius_m.get() } else { 0.0 },
             size_m: scenario.arena.size_m.get(),
@@ -92,6 +102,16 @@ impl Rules {
         } else {
             self.chance_at(libm::hypot(away.x, away.y))
         }
+    }
+
+    /// Whether some packets may disturb others without being read.
+    fn disturb_unread(&self) -> bool {
+        self.blocked_disturb || self.disturbs_beyond_range()
+    }
+
+    /// Whether packets too weak to be read disturb others.
+    fn disturbs_beyond_range(&self) -> bool {
+        self.interference_m > self.range_m
     }
 
     /// Chance that a packet gets `distance_m` far.
@@ -129,10 +149,15 @@ impl Reach {
             Near::Grid(grid) => {
                 let [width, height] = self.rules.size_m;
                 let look_m =
-                    self.rules.range_m.min(libm::hypot(width, height)) + self.rules.blocking_radius_m;
+                    self.rules.interference_m.min(libm::hypot(width, height)) + self.rules.blocking_radius_m;
                 grid.sort(&self.positions, self.rules.size_m, look_m);
             }
         }
+    }
+
+    /// Whether some packets may disturb others without being read: else [`Reached::disturbed`] is always empty.
+    pub(super) fn disturbs_unread(&self) -> bool {
+        self.rules.disturb_unread()
     }
 
     /// How many robots listen.
@@ -155,11 +180,16 @@ impl Reach {
                 for receiver in grid.around(&here) {
                     reached.examined += 1;
                     if receiver != index && self.listening[receiver] {
-                        let chance = self.rules.chance_over(self.positions[receiver] - here);
+                        let away = self.positions[receiver] - here;
+                        let chance = self.rules.chance_over(away);
                         self.meet(sender, receiver, number, chance, reached);
+                        if chance <= 0.0 && self.rules.disturbs_beyond_range() {
+                            self.disturb_from_afar(sender, receiver, away, reached);
+                        }
                     }
                 }
                 reached.robots.sort_unstable();
+                reached.disturbed.sort_unstable();
             }
         }
     }
@@ -173,12 +203,28 @@ impl Reach {
             let mut draws = Draws::of(self.rules.seed, Purpose::SoftEdge, number, sender, receiver as u32);
             !draws.chance(chance)
         };
+        let weak_disturb = self.rules.disturbs_beyond_range();
         if self.is_blocked(sender as usize, receiver) {
             reached.occluded += 1;
+            // As it would if the body were not there.
+            if self.rules.blocked_disturb && (weak_disturb || chance >= 1.0 || !fades()) {
+                reached.disturbed.push(receiver as u32);
+            }
         } else if chance < 1.0 && fades() {
             reached.faded += 1;
+            if weak_disturb {
+                reached.disturbed.push(receiver as u32);
+            }
         } else {
             reached.robots.push(receiver as u32);
+        }
+    }
+
+    /// A packet that is too weak to be read at `receiver`: does it still disturb there?
+    fn disturb_from_afar(&self, sender: u32, receiver: usize, away: Vector2<f64>, reached: &mut Reached) {
+        let is_near = libm::hypot(away.x, away.y) <= self.rules.interference_m;
+        if is_near && (self.rules.blocked_disturb || !self.is_blocked(sender as usize, receiver)) {
+            reached.disturbed.push(receiver as u32);
         }
     }
 
@@ -214,6 +260,8 @@ mod tests {
             model: ChannelModel::Range,
             range_m: 1.0,
             soft_edge_m,
+            interference_m: 1.0,
+            blocked_disturb: false,
             blocking_radius_m,
             size_m: [3.0, 3.0],
             seed: 1,
@@ -267,5 +315,33 @@ mod tests {
         assert_eq!(beside.robots, [1, 2]);
         let behind = reached(&rules(0.0, 0.1), &[(0.5, 0.5), (1.0, 0.5), (1.3, 0.5)], 0);
         assert_eq!(behind.robots, [1], "who stands behind is hidden, not who stands in front");
+    }
+
+    #[test]
+    fn a_packet_too_weak_to_be_read_disturbs_up_to_the_interference_range() {
+        let far = Rules { interference_m: 1.5, ..rules(0.0, 0.0) };
+        let spots = [(0.5, 0.5), (1.5, 0.5), (1.6, 0.5), (2.0, 0.5), (2.1, 0.5), (2.9, 2.9)];
+        let reached_far = reached(&far, &spots, 0);
+        assert_eq!((reached_far.robots, reached_far.disturbed), (vec![1], vec![2, 3]));
+        assert!(reached(&rules(0.0, 0.0), &spots, 0).disturbed.is_empty(), "not unless asked");
+        // The last stretch of the range, where every packet either fades or is read.
+        let edge = Rules { interference_m: 1.5, ..rules(1.0, 0.0) };
+        let either: Vec<_> =
+            (0..100).map(|number| reached(&edge, &[(0.5, 0.5), (1.2, 0.5)], number)).collect();
+        assert!(either.iter().all(|reached| reached.robots.len() + reached.disturbed.len() == 1));
+        assert!(either.iter().all(|reached| reached.disturbed.len() == reached.faded as usize));
+        assert!(either.iter().any(|reached| reached.faded > 0), "some fade");
+    }
+
+    #[test]
+    fn a_blocked_packet_disturbs_if_asked_as_if_the_body_were_not_there() {
+        let spots = [(0.5, 0.5), (1.3, 0.5), (0.9, 0.59), (1.7, 0.5)];
+        let silent = reached(&rules(0.0, 0.1), &spots, 0);
+        assert_eq!((silent.robots, silent.disturbed), (vec![2], vec![]));
+        let disturbs = |rules: Rules| reached(&Rules { blocked_disturb: true, ..rules }, &spots, 0).disturbed;
+        assert_eq!(disturbs(rules(0.0, 0.1)), [1], "beyond the range it does not");
+        assert_eq!(disturbs(Rules { interference_m: 1.5, ..rules(0.0, 0.1) }), [1, 3]);
+        let hidden = Rules { interference_m: 1.5, ..rules(0.0, 0.1) };
+        assert!(reached(&hidden, &spots, 0).disturbed.is_empty(), "a body stands in between");
     }
 }

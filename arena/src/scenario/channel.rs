@@ -23,8 +23,15 @@ pub struct ChannelSpec {
     pub range_m: Option<Positive>,
     /// Width in meters of the outer rim of the range in which the chance to be reached falls from 1 to 0.
     pub soft_edge_m: Option<NonNegative>,
+    /// Distance in meters up to which a packet that is too weak to be read still disturbs others; at least `range_m`,
+    /// its default. Where it is more, packets that fade out on the soft edge disturb too. With `model = "range"`, and
+    /// not with `access = "instant"`.
+    pub interference_range_m: Option<Positive>,
     /// Whether bodies in the line of sight block packets.
     pub occlusion: Option<bool>,
+    /// Whether packets that a body blocks still disturb others; default false. With `occlusion = true`, and not with
+    /// `access = "instant"`.
+    pub occluded_interference: Option<bool>,
     /// Neighbor cycle in seconds: each robot transmits one packet and runs its controller once in it;
     /// default 0.25, or `step_s` with `access = "instant"`.
     pub cycle_s: Option<Positive>,
@@ -177,7 +184,7 @@ impl ChannelSpec {
             self.range_m = self.range_m.or(preset.range_m);
             self.soft_edge_m.get_or_insert(NONE);
         }
-        self.occlusion.get_or_insert(false);
+        let occlusion = *self.occlusion.get_or_insert(false);
         let access = *self.access.get_or_insert(preset.access);
         let cycle_s = preset.cycle_s.unwrap_or(match access {
             Access::Instant => step_s,
@@ -188,6 +195,12 @@ impl ChannelSpec {
             let airtime_s = *self.airtime_s.get_or_insert(preset.airtime_s);
             self.half_duplex.get_or_insert(preset.half_duplex);
             self.capture.get_or_insert(preset.capture);
+            if self.model == ChannelModel::Range {
+                self.interference_range_m = self.interference_range_m.or(self.range_m);
+            }
+            if occlusion {
+                self.occluded_interference.get_or_insert(false);
+            }
             match access {
                 Access::Random | Access::Aligned => {
                     let guard_s = NonNegative::new(airtime_s.get()).expect("a positive number is one");
@@ -222,6 +235,8 @@ impl ChannelSpec {
             ("airtime_s", self.airtime_s.is_some() && !timed),
             ("half_duplex", self.half_duplex.is_some() && !timed),
             ("capture", self.capture.is_some() && !timed),
+            ("interference_range_m", self.interference_range_m.is_some() && !timed),
+            ("occluded_interference", self.occluded_interference.is_some() && !timed),
             ("guard_s", self.guard_s.is_some() && !guarded),
             ("slots", self.slots.is_some() && access != Access::Slotted),
             ("jitter_s", self.jitter_s.is_some() && access != Access::FixedPhase),

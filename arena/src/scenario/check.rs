@@ -12,7 +12,7 @@ use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::fault_check;
 use super::light::LightSensor;
-use super::number::RobotCount;
+use super::number::{NonNegative, RobotCount};
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
 use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
@@ -59,10 +59,19 @@ pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
 pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
     let (channel, light) = (&scenario.channel, &scenario.light);
     if channel.model == ChannelModel::Voronoi {
-        let keys = [("range_m", channel.range_m.is_some()), ("soft_edge_m", channel.soft_edge_m.is_some())];
+        let keys = [
+            ("range_m", channel.range_m.is_some()),
+            ("soft_edge_m", channel.soft_edge_m.is_some()),
+            ("interference_range_m", channel.interference_range_m.is_some()),
+        ];
         if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
             return Err(without_meaning(&format!("channel.{key}"), "channel.model", "voronoi"));
         }
+    }
+    if channel.occluded_interference.is_some() && channel.occlusion != Some(true) {
+        let path = "channel.occluded_interference";
+        let message = format!("{path} has no meaning without channel.occlusion = true: bodies block nothing");
+        return Err(problem(&[path], message).hint(format!("remove it (on the command line: --set {path}=)")));
     }
     if let Some(key) = channel.meaningless_with_access().next() {
         let (choice, chosen) = match channel.access {
@@ -94,6 +103,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     cycle(scenario)?;
     clocks(scenario)?;
     air(&scenario.channel)?;
+    fast_clocks(scenario)?;
     measurement(&scenario.channel)?;
     fault_check::plan(scenario)
 }
@@ -303,6 +313,17 @@ fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
     ensure(edge_m <= range_m.get(), || {
         let message = format!("the soft edge of {edge_m} m is wider than the range of {} m", range_m.get());
         problem(&["channel.soft_edge_m", "channel.range_m"], message)
+    })?;
+    let interference_m =
+        channel.interference_range_m.map_or(range_m.get(), |interference| interference.get());
+    ensure(interference_m >= range_m.get(), || {
+        let message = format!(
+            "channel.interference_range_m = {interference_m} is less than range_m = {}: a packet that can be read \
+             disturbs as well",
+            range_m.get()
+        );
+        problem(&["channel.interference_range_m", "channel.range_m"], message)
+            .hint("without it (on the command line: --set channel.interference_range_m=) it is range_m")
     })
 }
 
@@ -387,6 +408,29 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
         }
         Access::Instant => Ok(()),
     }
+}
+
+/// What has to fit into a cycle does so on the fastest clock as well.
+fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
+    let (channel, drift_ppm) = (&scenario.channel, scenario.processes.clock_drift_ppm.get());
+    let seconds = |key: Option<NonNegative>| key.map_or(0.0, |seconds| seconds.get());
+    let airtime_s = channel.airtime_s.map_or(0.0, |airtime| airtime.get());
+    let (key, needed_s) = match channel.access {
+        Some(Access::Random) => ("channel.guard_s", seconds(channel.guard_s)),
+        Some(Access::FixedPhase) => ("channel.airtime_s", seconds(channel.jitter_s) + airtime_s),
+        _ => return Ok(()),
+    };
+    let shortest_s = scenario.cycle_s() * (1.0 - drift_ppm * 1e-6);
+    ensure(drift_ppm == 0.0 || needed_s <= shortest_s * (1.0 + ROUNDING), || {
+        let what = if key == "channel.guard_s" { "the guard" } else { "jitter and airtime" };
+        let message = format!(
+            "{what} of {} s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = \
+             {drift_ppm} it lasts {} s",
+            short(needed_s),
+            short(shortest_s)
+        );
+        problem(&["processes.clock_drift_ppm", key, "channel.cycle_s"], message)
+    })
 }
 
 fn measurement(channel: &ChannelSpec) -> Result<(), Problem> {

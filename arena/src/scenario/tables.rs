@@ -177,8 +177,9 @@ pub struct ProcessesSpec {
     /// What carries messages; without it blackboards in lock-step, publish-subscribe in real time.
     #[schemars(with = "Option<PlaneName>")]
     pub plane: Option<Plane>,
-    /// In real time, each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many
-    /// parts per million.
+    /// Each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many parts per million; a
+    /// restarted robot draws another. In every engine robots send by it with `channel.access = "random"` or
+    /// `"fixed-phase"` (other cycles are shared, and stay so); in real time they wake up by it as well.
     pub clock_drift_ppm: NonNegative,
     /// In real time, each wake-up of a robot's timer comes late by a time of its own, drawn evenly, of up to
     /// this many seconds; less than a neighbor cycle.

@@ -31,6 +31,11 @@ pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     let mut draws = Draws::of(seed.get(), Purpose::FuzzChannel, 0, 0, 0);
     if base.channel.model == ChannelModel::Range && chance(&mut draws, 0.5) {
         scenario.channel = channel(base, &mut draws);
+        // A hundred times worse than quartz, so that short runs feel it.
+        if chance(&mut draws, 0.3) {
+            let drift_ppm = nonnegative(short(draws.between(0.0, 5000.0)));
+            scenario.processes.clock_drift_ppm = drift_ppm.unwrap_or(scenario.processes.clock_drift_ppm);
+        }
     }
     scenario.fault = faults(&scenario);
     scenario
@@ -400,6 +405,16 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
             channel.slots = NonZeroU32::new(1 + below(draws, 8) as u32);
         }
         _ => {}
+    }
+    // Drawn last, so that a seed's other keys stay what they were before there were these.
+    if chance(draws, 0.3) {
+        channel.interference_range_m = range_m.and_then(|range_m| {
+            let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
+            farther.filter(|farther| *farther >= range_m)
+        });
+    }
+    if channel.occlusion == Some(true) {
+        channel.occluded_interference = sometimes(draws);
     }
     channel
 }
