@@ -20,7 +20,8 @@ fn play(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, &[Option<
     for _ in 0..=ticks {
         arena.strikes(&[]);
         if let Some(percepts) = arena.tick(&commands) {
-            let answers = controllers.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
+            let answers =
+                controllers.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
             commands = answers.collect();
         }
         look(&arena, &commands, &controllers);
@@ -51,4 +52,47 @@ fn overtaken_packets_are_not_believed_though_their_sender_was_forgotten_meanwhil
     });
     assert_eq!(back, 0, "beliefs of {beliefs} that step back in time");
     assert!(beliefs > 200, "{beliefs}");
+}
+
+/// Mean of `staleness_s` over what `counts` lets through, by tick.
+fn mean_staleness_s(scenario: &Scenario, ticks: Tick, counts: impl Fn(Tick) -> bool) -> f64 {
+    let (mut sum_s, mut count) = (0.0, 0);
+    play(scenario, ticks, |arena, commands, _| {
+        if let Some(age_s) = arena.metrics(commands).staleness_s.filter(|_| counts(arena.current_tick())) {
+            sum_s += age_s;
+            count += 1;
+        }
+    });
+    assert!(count > 0, "nobody knows anybody");
+    sum_s / f64::from(count)
+}
+
+#[test]
+fn staleness_is_the_age_since_packets_were_sent() {
+    let two = "arena.size_m = [4.0, 4.0]
+         robots = { positions_m = [[1.0, 2.0], [1.5, 2.0]], speed_limit_m_per_s = 1e-9 }
+         controller.law = \"uniform\"
+         controller.gain_per_s = 1.0";
+    // Packets start at random in cycles of 1 s, so at a cycle's start they are half a cycle old, and a whole one on
+    // average over all times.
+    let timed = scenario(&format!(
+        "duration_s = 400.0
+         step_s = 0.01
+         {two}
+         channel = {{ profile = \"isis\", access = \"aligned\", cycle_s = 1.0, half_duplex = false }}"
+    ));
+    let at_start = mean_staleness_s(&timed, 40_000, |tick| tick % 100 == 0);
+    assert!((at_start - 0.5).abs() < 0.05, "{at_start}");
+    let all = mean_staleness_s(&timed, 40_000, |_| true);
+    assert!((all - 1.0).abs() < 0.05, "{all}");
+    let late = scenario(&format!(
+        "duration_s = 10.0
+         step_s = 0.1
+         {two}
+         controller.neighbor_timeout_cycles = 40
+         channel.range_m = 1.0
+         fault = [{{ kind = \"delay\", delay_s = 2.0 }}]"
+    ));
+    let late = mean_staleness_s(&late, 100, |tick| tick >= 20);
+    assert!((late - 2.0).abs() < 1e-9, "{late}");
 }
