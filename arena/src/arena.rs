@@ -43,6 +43,14 @@ const NOTHING_HEARD: Delivery = Delivery {
     orientation: Radians::new(0.0).expect("zero is an angle"),
 };
 
+/// A measured packet on its way into a percept.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    delivery: Delivery,
+    /// When it was sent, seconds: for the observer alone.
+    sent_s: f64,
+}
+
 /// The physical world, the infrared medium, the lamps and the fault plan of one run.
 #[derive(Debug)]
 pub struct Arena {
@@ -63,12 +71,14 @@ pub struct Arena {
     /// Answers that a fault holds back, and when they come into force.
     held_back: Vec<VecDeque<(Tick, Command)>>,
     /// What each robot has heard since its last percept.
-    inboxes: Vec<Vec<Delivery>>,
+    inboxes: Vec<Vec<Heard>>,
     /// Whether each robot has bumped into something since.
     bumped: Vec<bool>,
     /// Deliveries that a fault delays, by the tick in which they come.
-    delayed: BTreeMap<Tick, Vec<(u32, Delivery)>>,
+    delayed: BTreeMap<Tick, Vec<(u32, Heard)>>,
     percepts: Vec<Percept>,
+    /// When the packets in the percept that is being made were sent, seconds.
+    sent_s: Vec<f64>,
     /// What each robot says in this tick.
     said: Vec<Option<Packet>>,
     /// What the channel lets through in this tick.
@@ -102,6 +112,7 @@ impl Arena {
             bumped: vec![false; robots],
             delayed: BTreeMap::new(),
             percepts: vec![Percept::empty(0); robots],
+            sent_s: Vec::new(),
             said: Vec::new(),
             receptions: Vec::new(),
             measured: Vec::new(),
@@ -151,7 +162,7 @@ impl Arena {
 
     /// What the current percepts and the answers to them amount to.
     pub fn metrics(&self, answers: &[Option<Command>]) -> Metrics {
-        self.observer().measure(self.world.poses(), answers, self.packets, self.scenario.step_s.get())
+        self.observer().measure(self.world.poses(), answers, self.packets, self.time_s())
     }
 
     /// What faults can be felt in by now.
@@ -303,11 +314,11 @@ impl Arena {
 
     /// Deliveries that a fault has delayed until now; who is silent by now misses them.
     fn arrive_late(&mut self, tick: Tick, said: &[Option<Packet>]) {
-        for (receiver, delivery) in self.delayed.remove(&tick).unwrap_or_default() {
+        for (receiver, heard) in self.delayed.remove(&tick).unwrap_or_default() {
             self.packets.delayed -= 1;
             if said[receiver as usize].is_some() {
                 self.packets.heard += 1;
-                self.put(receiver, delivery);
+                self.put(receiver, heard);
             } else {
                 self.packets.lost_fault += 1;
             }
@@ -316,8 +327,9 @@ impl Arena {
 
     /// What the channel has let through meets the plan; most of the time there is nothing to meet.
     fn receive(&mut self, tick: Tick, reception: &Reception, measured: &Delivery) {
+        let sent_s = reception.sent_s;
         if self.plan.is_idle() {
-            return self.put(reception.receiver, *measured);
+            return self.put(reception.receiver, Heard { delivery: *measured, sent_s });
         }
         let receiver_at = self.world.poses()[reception.receiver as usize].position;
         let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at);
@@ -326,14 +338,14 @@ impl Arena {
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
         self.packets.lost_fault += lost;
         for (packet, late) in arrivals {
-            let delivery = Delivery { packet, ..*measured };
+            let heard = Heard { delivery: Delivery { packet, ..*measured }, sent_s };
             if late == 0 {
                 self.packets.heard += 1;
-                self.put(reception.receiver, delivery);
+                self.put(reception.receiver, heard);
             } else {
                 self.packets.delayed += 1;
                 let due = self.delayed.entry(tick.saturating_add(late)).or_default();
-                due.push((reception.receiver, delivery));
+                due.push((reception.receiver, heard));
             }
         }
     }
@@ -342,7 +354,7 @@ impl Arena {
     fn measure(&mut self, hands: &impl Hands, receptions: &[Reception]) {
         let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed.get(), &self.measurement);
         let measured = |reception: &Reception| {
-            let Reception { sender, receiver, number, packet } = *reception;
+            let Reception { sender, receiver, number, packet, .. } = *reception;
             let draws = || Draws::of(seed, Purpose::Measurement, number, sender, receiver);
             measurement.of(packet, &poses[sender as usize], &poses[receiver as usize], draws)
         };
@@ -354,9 +366,9 @@ impl Arena {
         });
     }
 
-    fn put(&mut self, receiver: u32, delivery: Delivery) {
+    fn put(&mut self, receiver: u32, heard: Heard) {
         self.heard[receiver as usize] += 1;
-        self.inboxes[receiver as usize].push(delivery);
+        self.inboxes[receiver as usize].push(heard);
     }
 
     /// Moves what a robot has heard into its percept, ordered by senders; the nearest if it is
@@ -368,22 +380,24 @@ impl Arena {
             self.packets.heard -= over;
             self.packets.over_bound += over;
             self.heard[robot] -= over;
-            heard.sort_by(|a, b| a.range.get().total_cmp(&b.range.get()));
+            heard.sort_by(|a, b| a.delivery.range.get().total_cmp(&b.delivery.range.get()));
             heard.truncate(DELIVERIES_MAX);
         }
-        let sender = |delivery: &Delivery| delivery.packet.sender.index;
+        let sender = |heard: &Heard| heard.delivery.packet.sender.index;
         // Most channels and plans leave nothing to sort.
         if !heard.is_sorted_by_key(sender) {
             heard.sort_by_key(sender);
         }
         let deliveries = &mut self.percepts[robot].deliveries;
         deliveries.clear();
-        deliveries.extend(heard.drain(..));
+        deliveries.extend(heard.iter().map(|heard| heard.delivery));
+        self.sent_s.clear();
+        self.sent_s.extend(heard.drain(..).map(|heard| heard.sent_s));
         // The inbox keeps its memory.
         self.inboxes[robot] = heard;
     }
 
-    /// Writes everything but deliveries into a robot's percept.
+    /// Writes everything but deliveries, which have just been handed over, into a robot's percept.
     fn sense(&mut self, robot: usize, tick: Tick) {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
@@ -405,7 +419,7 @@ impl Arena {
         }
         // Who has just been resumed gets a percept before it has answered one.
         if let Some(life) = self.lives[robot].filter(|_| self.plan.is_up(robot as u32)) {
-            self.hearing.record(life, percept);
+            self.hearing.record(life, percept, &self.sent_s);
         }
     }
 

@@ -53,6 +53,8 @@ pub struct Reception {
     pub receiver: u32,
     /// Number of the packet among those of its sender, by the channel's count.
     pub number: u64,
+    /// When its transmission began, virtual time in seconds.
+    pub sent_s: f64,
     /// What it says.
     pub packet: Packet,
 }
@@ -189,7 +191,13 @@ impl Instant {
         for (receiver, senders) in (0..).zip(senders.iter()) {
             received.extend(senders.iter().filter_map(|&sender| {
                 let packet = spoken[sender]?;
-                Some(Reception { sender: sender as u32, receiver, number: cycle, packet })
+                Some(Reception {
+                    sender: sender as u32,
+                    receiver,
+                    number: cycle,
+                    sent_s: moment.time_s,
+                    packet,
+                })
             }));
         }
         reached.iter().map(|reached| u64::from(reached.examined)).sum()

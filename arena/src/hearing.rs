@@ -1,23 +1,19 @@
 //! Who knows of whom: an observer's copy of every robot's neighbor table.
 //!
 //! The tables are filled by the same code from the same deliveries, so they are what the agents
-//! have. From them come the hearing graph, how stale the tables are, and whether a robot knows
+//! have; beside each entry they hold when its packet was sent, which no agent is told. From them come the hearing graph, how stale the tables are, and whether a robot knows
 //! those who shape its cell.
 
 use coverage::neighbors::NeighborTable;
-use protocol::{
-    percept::{Percept, Tick},
-    robot_id::RobotId,
-};
+use protocol::{percept::Percept, robot_id::RobotId};
 
 /// The neighbor tables of all robots.
 #[derive(Clone, Debug)]
 pub struct Hearing {
-    tables: Vec<NeighborTable>,
+    /// With the time at which each packet was sent, seconds.
+    tables: Vec<NeighborTable<f64>>,
     lives: Vec<RobotId>,
     timeout_ticks: u32,
-    /// The tick of the last percepts.
-    tick: Tick,
 }
 
 impl Hearing {
@@ -28,19 +24,19 @@ impl Hearing {
             tables: (0..robots).map(table).collect(),
             lives: (0..robots).map(RobotId::first).collect(),
             timeout_ticks,
-            tick: 0,
         }
     }
 
-    /// Robot `id` gets its percept. A new life has forgotten what the last one knew.
-    pub fn record(&mut self, id: RobotId, percept: &Percept) {
+    /// Robot `id` gets its percept, the packets in which were sent at `sent_s`. A new life has forgotten what the
+    /// last one knew.
+    pub fn record(&mut self, id: RobotId, percept: &Percept, sent_s: &[f64]) {
         let at = id.index as usize;
         if self.lives[at] != id {
             self.lives[at] = id;
             self.tables[at] = NeighborTable::new(id, self.timeout_ticks);
         }
-        self.tables[at].record(percept.tick, &percept.deliveries);
-        self.tick = percept.tick;
+        let heard = percept.deliveries.iter().copied().zip(sent_s.iter().copied());
+        self.tables[at].record_with(percept.tick, heard);
     }
 
     /// The robots that robot `robot` knows of, ascending.
@@ -48,13 +44,12 @@ impl Hearing {
         self.tables[robot].iter().map(|neighbor| neighbor.delivery.packet.sender.index as usize)
     }
 
-    /// Mean age in ticks of what `robots` know of others; `None` if they know nobody.
-    pub fn staleness_ticks(&self, robots: &[usize]) -> Option<f64> {
+    /// Mean age at `time_s`, since its packet was sent, of what `robots` know of others; `None` if they know nobody.
+    pub fn staleness_s(&self, robots: &[usize], time_s: f64) -> Option<f64> {
         let entries = robots.iter().flat_map(|&robot| self.tables[robot].iter());
-        let (count, ages) = entries.fold((0_u64, 0_u64), |(count, ages), neighbor| {
-            (count + 1, ages + self.tick.saturating_sub(neighbor.heard))
-        });
-        (count > 0).then(|| ages as f64 / count as f64)
+        let (count, ages_s) = entries
+            .fold((0_u64, 0.0), |(count, ages_s), neighbor| (count + 1, ages_s + (time_s - neighbor.extra)));
+        (count > 0).then(|| ages_s / count as f64)
     }
 
     /// How often a table was full of nearer neighbors, in the present lives of all robots.
@@ -95,7 +90,7 @@ fn root(parent: &mut [usize], robot: usize) -> usize {
 mod tests {
     use protocol::{
         packet::Packet,
-        percept::Delivery,
+        percept::{Delivery, Tick},
         units::{Meters, Radians},
     };
 
@@ -115,8 +110,8 @@ mod tests {
     #[test]
     fn who_is_heard_one_way_is_joined() {
         let mut hearing = Hearing::new(5, 4);
-        hearing.record(RobotId::first(0), &percept(0, &[1]));
-        hearing.record(RobotId::first(2), &percept(0, &[3]));
+        hearing.record(RobotId::first(0), &percept(0, &[1]), &[0.0]);
+        hearing.record(RobotId::first(2), &percept(0, &[3]), &[0.0]);
         assert_eq!(hearing.components(&[0, 1, 2, 3, 4]), 3);
         assert_eq!(hearing.components(&[0, 2, 4]), 3, "the dead join nobody");
     }
@@ -124,11 +119,11 @@ mod tests {
     #[test]
     fn what_was_heard_ages_and_a_new_life_knows_nothing() {
         let mut hearing = Hearing::new(2, 4);
-        hearing.record(RobotId::first(0), &percept(0, &[1]));
-        hearing.record(RobotId::first(0), &percept(2, &[]));
-        assert_eq!(hearing.staleness_ticks(&[0, 1]), Some(2.0));
-        hearing.record(RobotId::first(0).reborn(), &percept(3, &[]));
+        hearing.record(RobotId::first(0), &percept(0, &[1]), &[-0.25]);
+        hearing.record(RobotId::first(0), &percept(2, &[]), &[]);
+        assert_eq!(hearing.staleness_s(&[0, 1], 2.5), Some(2.75));
+        hearing.record(RobotId::first(0).reborn(), &percept(3, &[]), &[]);
         assert_eq!(hearing.known_to(0).count(), 0);
-        assert_eq!(hearing.staleness_ticks(&[0, 1]), None, "what nobody knows has no age");
+        assert_eq!(hearing.staleness_s(&[0, 1], 3.0), None, "what nobody knows has no age");
     }
 }

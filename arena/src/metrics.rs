@@ -51,7 +51,7 @@ pub struct Metrics {
     /// Connected components of the hearing graph: two robots are joined if either has the other in its neighbor
     /// table.
     pub hearing_components: usize,
-    /// Mean age of an entry of the robots' neighbor tables, seconds.
+    /// Mean age of an entry of the robots' neighbor tables since its packet was sent, virtual time in seconds.
     pub staleness_s: Option<f64>,
     /// Neighbors that did not fit into a table, which keeps the nearest.
     pub neighbors_over_bound: u64,
@@ -121,13 +121,13 @@ impl Observer<'_> {
         [EstimatedErrors::of(answers).mean_m, partition.rough_cost(self.field)]
     }
 
-    /// The state of the robots that `answers` has commands of, `step_s` being the length of a tick.
+    /// The state of the robots that `answers` has commands of, at `time_s` of virtual time.
     pub fn measure(
         &self,
         poses: &[Pose],
         answers: &[Option<Command>],
         packets: Packets,
-        step_s: f64,
+        time_s: f64,
     ) -> Metrics {
         let present: Vec<usize> = (0..answers.len()).filter(|&robot| answers[robot].is_some()).collect();
         let positions: Vec<ArenaPoint> = present.iter().map(|&robot| poses[robot].position).collect();
@@ -152,7 +152,7 @@ impl Observer<'_> {
             cost_h,
             cell_agreement: partition.agreement(known, self.size_m),
             hearing_components: self.hearing.components(&present),
-            staleness_s: self.hearing.staleness_ticks(&present).map(|ticks| ticks * step_s),
+            staleness_s: self.hearing.staleness_s(&present, time_s),
             neighbors_over_bound: self.hearing.over_bound(),
             mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
             mean_peak_distance_m: mean_peak_distance(&positions, &peaks),

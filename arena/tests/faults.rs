@@ -81,7 +81,7 @@ fn passage(plan: &mut FaultPlan, number: u64) -> Passage {
 }
 
 fn passage_on(plan: &mut FaultPlan, sender: u32, receiver: u32, number: u64) -> Passage {
-    let reception = Reception { sender, receiver, number, packet: packet(sender) };
+    let reception = Reception { sender, receiver, number, sent_s: 0.0, packet: packet(sender) };
     plan.passage(number, &reception, ArenaPoint::new(0.1 + 0.1 * f64::from(receiver), 0.5))
 }
 

@@ -1,4 +1,4 @@
-//! The neighbor table: the last delivery of each robot heard lately.
+//! The neighbor table: the last delivery of each robot heard lately, and beyond that, of whom which packet was last.
 
 use arrayvec::ArrayVec;
 use protocol::{
@@ -9,16 +9,27 @@ use protocol::{
 /// Most neighbors a robot remembers; past that the nearest stay.
 pub const NEIGHBORS_MAX: usize = DELIVERIES_MAX;
 
+/// Most silent senders whose last packet is remembered while the table is full of neighbors; past that the longest
+/// silent is forgotten first.
+pub const SILENT_MAX: usize = 128;
+
+/// How long a silent sender's last packet is remembered, ticks, or the time-out if that is longer. Within that time
+/// packets that were overtaken are told by it. It is bounded because a corrupted packet whose checksum fits may carry
+/// a number far ahead, and would else silence its sender for good.
+pub const MEMORY_TICKS: u32 = 1024;
+
 /// A robot heard at some tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Neighbor {
+pub struct Neighbor<E = ()> {
     /// When it was heard last.
     pub heard: Tick,
     /// What was heard.
     pub delivery: Delivery,
+    /// What the owner of the table knows beside.
+    pub extra: E,
 }
 
-impl Neighbor {
+impl<E> Neighbor<E> {
     fn id(&self) -> RobotId {
         self.delivery.packet.sender
     }
@@ -33,77 +44,144 @@ pub struct Refused {
     pub own: u64,
     /// The table was full of nearer neighbors.
     pub full: u64,
+    /// Not a delivery, but the memory of one: silent senders that were forgotten early, because there was no room.
+    pub forgotten: u64,
 }
 
 /// Last delivery per sender, in the order of sender indices.
+///
+/// An observer may keep something beside each: `E`.
 #[derive(Clone, Debug)]
-pub struct NeighborTable {
+pub struct NeighborTable<E = ()> {
     own: RobotId,
     timeout_ticks: u32,
-    neighbors: ArrayVec<Neighbor, NEIGHBORS_MAX>,
+    /// The tick of the last record.
+    tick: Tick,
+    /// Neighbors, and among them silent senders, of whom only the packet's sender and number still count.
+    entries: ArrayVec<Neighbor<E>, { NEIGHBORS_MAX + SILENT_MAX }>,
     /// What was turned away so far.
     pub refused: Refused,
 }
 
 impl NeighborTable {
+    /// Takes in what was heard at `tick`; who has been silent too long is a neighbor no more.
+    pub fn record(&mut self, tick: Tick, deliveries: &[Delivery]) {
+        self.record_with(tick, deliveries.iter().map(|delivery| (*delivery, ())));
+    }
+}
+
+impl<E: Copy> NeighborTable<E> {
     /// An empty table of robot `own`. A neighbor counts while it was heard less than
     /// `timeout_ticks` ago (at least 1: heard in this very tick).
     pub fn new(own: RobotId, timeout_ticks: u32) -> Self {
-        Self { own, timeout_ticks, neighbors: ArrayVec::new(), refused: Refused::default() }
+        Self { own, timeout_ticks, tick: 0, entries: ArrayVec::new(), refused: Refused::default() }
     }
 
-    /// Forgets who has been silent too long, then takes in what was heard at `tick`.
-    pub fn record(&mut self, tick: Tick, deliveries: &[Delivery]) {
-        let timeout = Tick::from(self.timeout_ticks);
-        self.neighbors.retain(|neighbor| tick.saturating_sub(neighbor.heard) < timeout);
-        for delivery in deliveries {
-            self.hear(Neighbor { heard: tick, delivery: *delivery });
+    /// Takes in what was heard at `tick`, with what is known beside.
+    pub fn record_with(&mut self, tick: Tick, heard: impl IntoIterator<Item = (Delivery, E)>) {
+        self.tick = tick;
+        let (timeout, memory) = (self.timeout_ticks, self.timeout_ticks.max(MEMORY_TICKS));
+        let mut live = 0;
+        let mut is_any_to_forget = false;
+        for entry in &self.entries {
+            let age = tick.saturating_sub(entry.heard);
+            live += usize::from(age < timeout.into());
+            is_any_to_forget |= age >= memory.into();
+        }
+        if is_any_to_forget {
+            self.entries.retain(|entry| tick.saturating_sub(entry.heard) < memory.into());
+        }
+        // Deliveries come sorted by sender, as entries are.
+        let mut at = 0;
+        for (delivery, extra) in heard {
+            at = self.place(at, delivery.packet.sender.index);
+            self.hear(&mut live, &mut at, Neighbor { heard: tick, delivery, extra });
         }
     }
 
     /// Everyone heard lately, in the order of sender indices.
-    pub fn iter(&self) -> impl Iterator<Item = &Neighbor> + Clone {
-        self.neighbors.iter()
+    pub fn iter(&self) -> impl Iterator<Item = &Neighbor<E>> + Clone {
+        self.entries.iter().filter(|entry| self.is_live(entry))
     }
 
-    fn hear(&mut self, news: Neighbor) {
+    fn is_live(&self, entry: &Neighbor<E>) -> bool {
+        self.tick.saturating_sub(entry.heard) < self.timeout_ticks.into()
+    }
+
+    /// Where the first entry is whose sender is `index` or comes after it; looked for from `at` on, unless it lies
+    /// before.
+    fn place(&self, mut at: usize, index: u32) -> usize {
+        if at > 0 && self.entries[at - 1].id().index >= index {
+            return self.entries.partition_point(|entry| entry.id().index < index);
+        }
+        while self.entries.get(at).is_some_and(|entry| entry.id().index < index) {
+            at += 1;
+        }
+        at
+    }
+
+    /// Takes in news that belong to place `at`, which moves if something before it goes.
+    fn hear(&mut self, live: &mut usize, at: &mut usize, news: Neighbor<E>) {
         let id = news.id();
         if id.index == self.own.index {
             self.refused.own += 1;
             return;
         }
-        // Deliveries come sorted by sender, so in a fresh table all news goes to the end.
-        let is_last = self.neighbors.last().is_none_or(|last| last.id().index < id.index);
-        if is_last && !self.neighbors.is_full() {
-            return self.neighbors.push(news);
+        let known = self.entries.get(*at).filter(|known| known.id().index == id.index);
+        let (is_known, was_live) = (known.is_some(), known.is_some_and(|known| self.is_live(known)));
+        if known.is_some_and(|known| !supersedes(&news, known)) {
+            self.refused.outdated += 1;
+            return;
         }
-        match self.neighbors.binary_search_by_key(&id.index, |known| known.id().index) {
-            Ok(at) if supersedes(&news, &self.neighbors[at]) => self.neighbors[at] = news,
-            Ok(_) => self.refused.outdated += 1,
-            Err(at) => self.insert(at, news),
+        if !was_live {
+            if *live >= NEIGHBORS_MAX && !self.displace(at, &news) {
+                return;
+            }
+            *live = (*live + 1).min(NEIGHBORS_MAX);
+        }
+        if is_known {
+            self.entries[*at] = news;
+            return;
+        }
+        if self.entries.is_full() {
+            self.forget_longest_silent(at);
+        }
+        self.entries.insert(*at, news);
+    }
+
+    /// Makes room for news in a table full of neighbors, by the farthest; returns whether the news is nearer.
+    fn displace(&mut self, at: &mut usize, news: &Neighbor<E>) -> bool {
+        self.refused.full += 1;
+        let range = |at: usize| self.entries[at].delivery.range.get();
+        let farthest = (0..self.entries.len())
+            .filter(|&at| self.is_live(&self.entries[at]))
+            .max_by(|&a, &b| range(a).total_cmp(&range(b)));
+        match farthest.filter(|&farthest| news.delivery.range.get() < range(farthest)) {
+            Some(farthest) => {
+                self.remove(farthest, at);
+                true
+            }
+            None => false,
         }
     }
 
-    fn insert(&mut self, mut at: usize, news: Neighbor) {
-        if self.neighbors.is_full() {
-            self.refused.full += 1;
-            let range = |at: &usize| self.neighbors[*at].delivery.range.get();
-            let farthest = (0..self.neighbors.len())
-                .max_by(|a, b| range(a).total_cmp(&range(b)))
-                .expect("a full table is not empty");
-            if news.delivery.range.get() >= range(&farthest) {
-                return;
-            }
-            self.neighbors.remove(farthest);
-            at -= usize::from(farthest < at);
+    fn forget_longest_silent(&mut self, at: &mut usize) {
+        let silent = (0..self.entries.len()).filter(|&at| !self.is_live(&self.entries[at]));
+        if let Some(longest) = silent.min_by_key(|&at| self.entries[at].heard) {
+            self.refused.forgotten += 1;
+            self.remove(longest, at);
         }
-        self.neighbors.insert(at, news);
+    }
+
+    fn remove(&mut self, gone: usize, at: &mut usize) {
+        self.entries.remove(gone);
+        *at -= usize::from(gone < *at);
     }
 }
 
 /// A later life beats an earlier one; within a life a packet never beats a later one. Both
 /// counters wrap, so "later" means less than half their range ahead.
-fn supersedes(news: &Neighbor, known: &Neighbor) -> bool {
+fn supersedes<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
     let lives_ahead = news.id().incarnation.wrapping_sub(known.id().incarnation) as i16;
     let packets_ahead = news.delivery.packet.sequence.wrapping_sub(known.delivery.packet.sequence) as i32;
     lives_ahead > 0 || (lives_ahead == 0 && packets_ahead >= 0)
@@ -167,6 +245,60 @@ mod tests {
         let mut table = table(4);
         table.record(0, &[heard(1, 0, u32::MAX, 0.3), heard(1, 0, 0, 0.4), heard(1, 0, u32::MAX, 0.5)]);
         assert_eq!(table.iter().next().unwrap().delivery.range.get(), 0.4, "sequence numbers wrap");
+    }
+
+    #[test]
+    fn an_overtaken_packet_is_not_believed_after_the_timeout() {
+        let mut table = table(1);
+        table.record(0, &[heard(1, 0, u32::MAX, 0.3), heard(2, 1, 4, 0.3)]);
+        table.record(5, &[heard(1, 0, u32::MAX - 3, 0.4), heard(2, 0, 9, 0.4)]);
+        assert!(indices(&table).is_empty(), "one was overtaken, one comes from a dead life");
+        assert_eq!(table.refused.outdated, 2);
+        table.record(6, &[heard(1, 0, 2, 0.5), heard(2, 1, 4, 0.5)]);
+        assert_eq!(indices(&table), [1, 2], "sequence numbers wrap, and the last packet may be heard again");
+        table.record(7, &[heard(2, 2, 0, 0.5)]);
+        assert_eq!(indices(&table), [2], "a new life counts anew");
+    }
+
+    #[test]
+    fn a_number_far_ahead_silences_its_sender_for_a_bounded_time() {
+        for (timeout, memory) in [(1, MEMORY_TICKS), (3000, 3000)] {
+            let mut table = table(timeout);
+            table.record(7, &[heard(1, 0, u32::MAX / 2, 0.3)]);
+            table.record(6 + Tick::from(memory), &[heard(1, 0, 1, 0.4)]);
+            assert_eq!(table.refused.outdated, 1);
+            table.record(7 + Tick::from(memory), &[heard(1, 0, 2, 0.4)]);
+            assert_eq!(table.iter().next().map(|known| known.delivery.packet.sequence), Some(2));
+        }
+    }
+
+    #[test]
+    fn the_longest_silent_is_forgotten_first_and_never_a_neighbor() {
+        let mut table = NeighborTable::new(RobotId::first(9999), 1);
+        let crowd = |from: usize, len: usize| -> Vec<_> {
+            (from..from + len).map(|i| heard(i as u32, 0, 5, 1.0 + i as f64)).collect()
+        };
+        table.record(0, &crowd(0, SILENT_MAX));
+        table.record(1, &crowd(1000, 1));
+        table.record(2, &crowd(2000, NEIGHBORS_MAX));
+        assert_eq!(table.iter().count(), NEIGHBORS_MAX);
+        assert_eq!(table.refused, Refused { forgotten: 1, ..Refused::default() });
+        table.record(3, &[heard(1, 0, 4, 1.0), heard(1000, 0, 4, 1.0)]);
+        assert_eq!(table.refused.outdated, 2);
+        table.record(4, &[heard(0, 0, 4, 1.0)]);
+        assert_eq!(indices(&table), [0], "it alone was known no more");
+    }
+
+    #[test]
+    fn a_silent_sender_that_speaks_again_has_no_place_among_nearer_neighbors() {
+        let mut table = NeighborTable::new(RobotId::first(9999), 2);
+        table.record(0, &[heard(9000, 0, 0, 1e3), heard(9001, 0, 0, 0.5)]);
+        let crowd: Vec<_> = (0..NEIGHBORS_MAX as u32).map(|i| heard(i, 0, 0, 1.0 + f64::from(i))).collect();
+        table.record(5, &crowd);
+        table.record(6, &[heard(9000, 0, 1, 1e3), heard(9001, 0, 1, 0.5)]);
+        let kept = indices(&table);
+        assert_eq!((kept.len(), kept.contains(&9000), kept.contains(&9001)), (NEIGHBORS_MAX, false, true));
+        assert_eq!(table.refused.full, 2);
     }
 
     #[test]

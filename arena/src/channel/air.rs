@@ -274,8 +274,9 @@ impl Air {
                 self.note_crowd(receiver, fate);
                 match fate {
                     Fate::Heard => {
-                        let Transmission { sender, number, packet, .. } = self.packets[at];
-                        received.push(Reception { sender, receiver: receiver as u32, number, packet });
+                        let Transmission { sender, number, start_s: sent_s, packet, .. } = self.packets[at];
+                        let receiver = receiver as u32;
+                        received.push(Reception { sender, receiver, number, sent_s, packet });
                     }
                     Fate::Collided => tally.collided += 1,
                     Fate::Deaf => tally.half_duplex += 1,
