@@ -3,6 +3,8 @@
 
 use std::num::NonZeroU32;
 
+use coverage::refinement::WIDTH_SHARE_MIN;
+use nalgebra::Vector2;
 use protocol::setup::Law;
 
 use crate::{
@@ -11,12 +13,12 @@ use crate::{
     scenario::{ChannelModel, FaultKind, FaultSpec, Scenario},
 };
 
-/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each fault that may never
-/// fire, robots starting at `poses`, and for each that outlasts the memory of neighbors; with the place in the file where
-/// it was written, if it is known.
+/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each of its peaks that is
+/// too narrow to be integrated well, for each fault that may never fire, robots starting at `poses`, and for each that
+/// outlasts the memory of neighbors; with the place in the file where it was written, if it is known.
 pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
     let rounded = scenario.roundings.0.iter().map(ToString::to_string);
-    let mut cautions: Vec<String> = rounded.chain(dark(scenario)).collect();
+    let mut cautions: Vec<String> = rounded.chain(dark(scenario)).chain(narrow(scenario)).collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
         let of_fault = late(fault, scenario)
             .into_iter()
@@ -42,6 +44,38 @@ fn dark(scenario: &Scenario) -> Option<String> {
              stand still, and nothing converges; raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"
         )
     })
+}
+
+/// Peaks too narrow for the largest cell that anybody may integrate over.
+fn narrow(scenario: &Scenario) -> Vec<String> {
+    let arena_m = Vector2::from(scenario.arena.size_m.get()).norm();
+    // Where walls are not sensed, the law `exact` has cells that end at the cap.
+    let across_cap_m = match scenario.controller.cell_cap_m {
+        Some(cap_m) if scenario.controller.law == Law::Exact && !scenario.arena.boundary_sensing => {
+            2.0 * cap_m.get()
+        }
+        _ => 0.0,
+    };
+    let cell_m = arena_m.max(across_cap_m);
+    let (gaussians, lamps) = (scenario.field.gaussian.iter(), scenario.field.lamp.iter());
+    let gaussians = gaussians
+        .enumerate()
+        .map(|(index, peak)| (format!("field.gaussian.{index}.sigma_m"), peak.sigma_m.get()));
+    let lamps = lamps
+        .enumerate()
+        .map(|(index, lamp)| (format!("field.lamp.{index}.half_distance_m"), lamp.half_distance_m.get()));
+    gaussians
+        .chain(lamps)
+        .filter(|(_, width_m)| *width_m < WIDTH_SHARE_MIN * cell_m)
+        .map(|(path, width_m)| {
+            format!(
+                "{path} = {width_m:e} is less than {WIDTH_SHARE_MIN:e} of the largest cell there may be ({cell_m:.3} m \
+                 across): coverage cost and true centroids may be off by more than 1e-8 of their value; widen it to \
+                 {:e} m, or make the arena smaller",
+                WIDTH_SHARE_MIN * cell_m
+            )
+        })
+        .collect()
 }
 
 fn late(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
@@ -101,6 +135,31 @@ mod tests {
              controller = {{ law = \"{law}\", gain_per_s = 1 }}\nchannel.range_m = 1\n{field}"
         );
         cautions(&Scenario::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}")), &[])
+    }
+
+    #[test]
+    fn a_peak_too_narrow_for_the_largest_cell_is_warned_of() {
+        let lit = "field.offset = 1\n";
+        let lamp = |half_m: f64| {
+            format!(
+                "{lit}field.lamp = [{{ position_m = [0.5, 0.5], peak = 1, half_distance_m = {half_m} }}]\n"
+            )
+        };
+        let gaussian = |sigma_m: f64| {
+            format!("{lit}field.gaussian = [{{ center_m = [0.5, 0.5], gamma = 1, sigma_m = {sigma_m} }}]\n")
+        };
+        for (narrow, key) in
+            [(lamp(1.4e-6), "lamp.0.half_distance_m"), (gaussian(1.4e-6), "gaussian.0.sigma_m")]
+        {
+            let [caution] = &cautioned(&narrow, "linear")[..] else { panic!("{narrow:?} is not warned of") };
+            assert!(caution.starts_with(&format!("field.{key} = 1.4e-6 is less than 1e-6 of")), "{caution}");
+        }
+        for wide in [lamp(1.5e-6), gaussian(1.5e-6)] {
+            assert_eq!(cautioned(&wide, "linear"), [""; 0]);
+        }
+        let capped = |cap_m: f64| format!("exact\", cell_cap_m = {cap_m}, gradient = \"measured");
+        assert_eq!(cautioned(&lamp(1.5e-6), &capped(0.7)), [""; 0], "a cap within the arena");
+        assert_eq!(cautioned(&lamp(1.5e-6), &capped(2.0)).len(), 1, "a cap beyond it");
     }
 
     #[test]

@@ -5,8 +5,8 @@ use std::{iter::Sum, ops::Div};
 use coverage::{
     moments::Moments,
     polygon::Polygon,
-    quadrature::integrate,
-    sensory_field::{length_scale, value},
+    quadrature,
+    refinement::{FINE, ROUGH},
 };
 use nalgebra::Vector2;
 use protocol::command::Command;
@@ -198,10 +198,10 @@ impl Partition {
         &self.cells
     }
 
-    /// The cost of the partition under `field`. Relative accuracy 1e-10, see [`coverage::quadrature`].
+    /// The cost of the partition under `field`. Relative accuracy 1e-8, see [`coverage::quadrature`].
     pub fn cost(&self, field: &Field) -> Cost {
         let (mut cost, mut error, mut with_mass) = (0.0, 0.0, 0);
-        for [mass, x, y, inertia] in self.integrals(field, 0.5) {
+        for [mass, x, y, inertia] in self.integrals(field, FINE) {
             cost += inertia;
             if mass > 0.0 {
                 error += Vector2::new(x, y).norm() / mass;
@@ -217,7 +217,7 @@ impl Partition {
 
     /// Coverage cost H to a percent, at a fraction of the price: enough to see it change. `None` without any site.
     pub fn rough_cost(&self, field: &Field) -> Option<f64> {
-        self.if_any(self.integrals(field, 4.0).map(|[.., inertia]| inertia).sum())
+        self.if_any(self.integrals(field, ROUGH).map(|[.., inertia]| inertia).sum())
     }
 
     /// `value`, unless nobody is left whose it could be.
@@ -225,15 +225,11 @@ impl Partition {
         (!self.sites.is_empty()).then_some(value)
     }
 
-    /// Mass, first moments and half the second moment of φ over each cell, relative to its site;
-    /// the quadrature's pieces are so many length scales of φ long.
-    fn integrals(&self, field: &Field, resolution: f64) -> impl Iterator<Item = [f64; 4]> {
+    /// Mass, first moments and half the second moment of φ over each cell, relative to its site; the quadrature's
+    /// pieces are `coarseness` times as long as where they are [`FINE`].
+    fn integrals(&self, field: &Field, coarseness: f64) -> impl Iterator<Item = [f64; 4]> {
         self.sites.iter().zip(&self.cells).map(move |(&site, cell)| {
-            let seen = field.seen_from(&Pose::unturned(site));
-            integrate(cell, length_scale(&seen) * resolution, |q| {
-                let phi = value(&seen, q);
-                [phi, phi * q.x, phi * q.y, phi * q.norm_squared() / 2.0]
-            })
+            quadrature::moments(&field.seen_from(&Pose::unturned(site)), cell, coarseness)
         })
     }
 
@@ -314,6 +310,39 @@ mod tests {
         let nothing = Cost { cost_h: None, mean_true_error_m: None, without_mass: 0 };
         assert_eq!((partition.cost(&field), partition.rough_cost(&field)), (nothing, None));
         assert_eq!(partition.agreement(std::iter::empty::<std::iter::Empty<_>>(), [1.0, 1.0]), None);
+    }
+
+    #[test]
+    fn narrow_peaks_cost_what_they_weigh() {
+        for (side_m, sigma_m) in [(4.0, 0.005), (100.0, 0.1), (4.0, 4e-5), (100.0, 1e-3)] {
+            let text = format!(
+                "duration_s = 1\nstep_s = 0.1\narena.size_m = [{side_m}, {side_m}]\nrobots.count = 1\n\
+                 controller.gain_per_s = 1\nchannel.range_m = 1\n\
+                 field.gaussian = [{{ center_m = [{}, {}], sigma_m = {sigma_m}, gamma = 1 }}]",
+                0.31 * side_m,
+                0.83 * side_m
+            );
+            let field = Field::new(&Scenario::parse("test", &text, &[]).unwrap());
+            let partition = Partition::new(vec![ArenaPoint::new(0.5 * side_m, 0.4 * side_m)], [side_m; 2]);
+            let mass = sigma_m * (2.0 * std::f64::consts::PI).sqrt();
+            let apart_squared = (0.19 * 0.19 + 0.43 * 0.43) * side_m * side_m;
+            let cost_h = mass * (apart_squared + 2.0 * sigma_m * sigma_m) / 2.0;
+            let Cost { cost_h: Some(measured), mean_true_error_m: Some(error_m), without_mass: 0 } =
+                partition.cost(&field)
+            else {
+                panic!("the cell has mass")
+            };
+            assert!(
+                (measured / cost_h - 1.0).abs() < 1e-8,
+                "{side_m} m, {sigma_m} m: {measured}, not {cost_h}"
+            );
+            assert!(
+                (error_m / apart_squared.sqrt() - 1.0).abs() < 1e-8,
+                "{side_m} m, {sigma_m} m: {error_m}"
+            );
+            let rough = partition.rough_cost(&field).unwrap();
+            assert!((rough / cost_h - 1.0).abs() < 0.01, "{side_m} m, {sigma_m} m: roughly {rough}");
+        }
     }
 
     #[test]

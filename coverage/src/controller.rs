@@ -265,7 +265,7 @@ mod tests {
         let mut controller = Controller::new(RobotId::first(0), quadratic());
         let goal = controller.step(&percept).estimated_error.unwrap().0;
         let cell = cell_of(&controller, &percept);
-        let [mass, x, y] = integrate(&cell, 10.0, |q| [1.0, q.x, q.y].map(|k| k * field.at(&q)));
+        let [mass, x, y] = integrate(&cell, |_, _| true, |q| [1.0, q.x, q.y].map(|k| k * field.at(&q)));
         let centroid = Vector2::new(x, y) / mass;
         assert!((goal - centroid).norm() < 1e-6, "off by {:e}", (goal - centroid).norm());
         assert!(

@@ -44,6 +44,28 @@ pub fn reach(polygon: &[Vector2<f64>]) -> f64 {
     polygon.iter().map(Vector2::norm).fold(0.0, f64::max)
 }
 
+/// Squared distance of a convex polygon from `point`, m²; zero inside, infinite from a polygon without vertices.
+pub fn distance_squared(polygon: &[Vector2<f64>], point: Vector2<f64>) -> f64 {
+    // Rounding may put a point on the line of a sliver inside, hence the box.
+    let spans = |axis: usize| {
+        polygon.iter().any(|vertex| vertex[axis] <= point[axis])
+            && polygon.iter().any(|vertex| vertex[axis] >= point[axis])
+    };
+    let inside = |(start, end): (&Vector2<f64>, &Vector2<f64>)| (end - start).perp(&(point - start)) > 0.0;
+    if spans(0) && spans(1) && edges(polygon).all(inside) {
+        return 0.0;
+    }
+    edges(polygon)
+        .map(|(start, end)| {
+            let (edge, to_point) = (end - start, point - start);
+            let along = (to_point.dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+            // An edge without length is a point, and no share of it is known.
+            let nearest = if along.is_nan() { Vector2::zeros() } else { edge * along };
+            (to_point - nearest).norm_squared()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;
@@ -71,6 +93,16 @@ mod tests {
     #[test]
     fn a_cut_that_touches_one_vertex_leaves_nothing() {
         assert!(clipped(&square(), |v| v.x + v.y - 2.0).is_empty());
+    }
+
+    #[test]
+    fn distances_are_zero_inside_and_to_the_nearest_point_outside() {
+        let from = |x, y| distance_squared(&square(), Vector2::new(x, y));
+        assert_eq!([from(0.5, 0.5), from(1.0, 0.3), from(0.0, 0.0)], [0.0; 3]);
+        assert_eq!([from(0.25, -2.0), from(3.0, 0.5), from(4.0, 5.0)], [4.0, 4.0, 25.0]);
+        let sliver = [(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)].map(|(x, y)| Vector2::new(x, y));
+        assert_eq!(distance_squared(&sliver, Vector2::new(3.0, 3.0)), 8.0);
+        assert_eq!(distance_squared(&[], Vector2::zeros()), f64::INFINITY);
     }
 
     #[test]

@@ -17,16 +17,18 @@ pub fn gradient(field: &[FieldComponent], at: Vector2<f64>) -> Vector2<f64> {
     field.iter().map(|component| component_gradient(component, at)).sum()
 }
 
-/// The shortest length over which φ bends, meters; infinite for a constant. Quadrature steps by it.
-pub fn length_scale(field: &[FieldComponent]) -> f64 {
-    field
-        .iter()
-        .map(|component| match component {
-            FieldComponent::Constant(_) => f64::INFINITY,
-            FieldComponent::Gaussian { sigma_m, .. } => *sigma_m,
-            FieldComponent::Lamp { half_distance_m, .. } => *half_distance_m,
-        })
-        .fold(f64::INFINITY, f64::min)
+/// |term| at a point. It falls with the distance from the term's peak, or is the same everywhere.
+pub fn magnitude(component: &FieldComponent, at: Vector2<f64>) -> f64 {
+    component_value(component, at).abs()
+}
+
+/// Where a term is largest, and its magnitude there; `None` for a constant.
+pub fn peak_of(component: &FieldComponent) -> Option<(Vector2<f64>, f64)> {
+    match component {
+        FieldComponent::Constant(_) => None,
+        FieldComponent::Gaussian { center, amplitude, .. } => Some((center.0, amplitude.abs())),
+        FieldComponent::Lamp { position, peak, .. } => Some((position.0, peak.abs())),
+    }
 }
 
 fn component_value(component: &FieldComponent, at: Vector2<f64>) -> f64 {

@@ -1,21 +1,29 @@
 //! The optimal baseline of Cortés et al.: the true centroid under the true φ, by quadrature.
 //!
-//! For comparison only. The scenario must bound the cells (boundary sensing or a cap), or the
-//! quadrature's accuracy is not kept.
+//! For comparison only. The scenario must bound the cells (boundary sensing or a cap): peaks much narrower than a cell
+//! are integrated as well as any ([`crate::quadrature`]), but a cell hundreds of meters long has no useful centroid.
 
 use nalgebra::Vector2;
 use protocol::{frame::BodyVector, percept::FieldComponent};
 
-use crate::{
-    quadrature::integrate,
-    sensory_field::{length_scale, value},
-};
+use crate::{quadrature::moments, refinement::FINE};
 
 pub(super) fn goal(cell: &[Vector2<f64>], field: &[FieldComponent]) -> Option<BodyVector> {
-    let [mass, x, y] = integrate(cell, length_scale(field) / 2.0, |q| {
-        let phi = value(field, q);
-        [phi, phi * q.x, phi * q.y]
-    });
+    let [mass, x, y, _] = moments(field, cell, FINE);
     let centroid = BodyVector::new(x / mass, y / mass);
     (mass > 0.0 && centroid.is_finite()).then_some(centroid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_goal_is_a_peak_a_hundred_thousandth_of_the_cell_wide() {
+        let cell = [(-1.0, -2.0), (3.0, -2.0), (3.0, 2.0), (-1.0, 2.0)].map(|(x, y)| Vector2::new(x, y));
+        let center = BodyVector::new(2.31, -0.77);
+        let field = [FieldComponent::Gaussian { center, amplitude: 300.0, sigma_m: 4e-5 }];
+        let goal = goal(&cell, &field).unwrap();
+        assert!((goal.0 - center.0).norm() < 1e-8, "{goal:?}");
+    }
 }
