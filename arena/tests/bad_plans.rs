@@ -47,6 +47,29 @@ mod channels {
     }
 
     #[test]
+    fn an_angle_step_that_does_not_divide_a_turn_is_refused() {
+        check(
+            "bearing_step_deg = 50",
+            expect![[r#"
+            plan.toml:14: channel.bearing_step_deg = 50 does not divide 360 degrees
+            hint: the nearest steps that do are 45 and 51.42857142857143 (0 is exact)"#]],
+        );
+        check(
+            "profile = \"isis\"\norientation_step_deg = 240",
+            expect![[r#"
+            plan.toml:15: channel.orientation_step_deg = 240 does not divide 360 degrees
+            hint: the nearest steps that do are 180 and 360 (0 is exact)"#]],
+        );
+        for whole in ["0", "360", "0.1", "22.5", "51.42857142857143"] {
+            let text = format!(
+                "duration_s = 1\nstep_s = 0.1\ncontroller.gain_per_s = 1\narena.size_m = [2, 1]\nrobots.count = 5\n\
+                 channel = {{ range_m = 1, bearing_step_deg = {whole}, orientation_step_deg = {whole} }}"
+            );
+            Scenario::parse("plan.toml", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
+
+    #[test]
     fn a_cycle_shorter_than_a_tick_is_refused() {
         check(
             "access = \"random\"\ncycle_s = 0.05",

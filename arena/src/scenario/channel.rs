@@ -61,9 +61,9 @@ pub struct ChannelSpec {
     pub sigma_orientation_deg: Option<NonNegative>,
     /// Step in meters in which ranges are told apart, each as the middle of its step; 0 for none.
     pub range_step_m: Option<NonNegative>,
-    /// Step in degrees in which bearings are told apart; 0 for none.
+    /// Step in degrees in which bearings are told apart, a whole number of them to a turn of 360; 0 for none.
     pub bearing_step_deg: Option<NonNegative>,
-    /// Step in degrees in which orientations are told apart; 0 for none.
+    /// Step in degrees in which orientations are told apart, a whole number of them to a turn of 360; 0 for none.
     pub orientation_step_deg: Option<NonNegative>,
 }
 

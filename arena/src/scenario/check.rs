@@ -447,7 +447,23 @@ fn measurement(channel: &ChannelSpec) -> Result<(), Problem> {
             problem(&[&format!("channel.{key}")], format!("channel.{key} = {value} is more than {most}"))
         })?;
     }
-    Ok(())
+    let steps = [
+        ("bearing_step_deg", channel.bearing_step_deg),
+        ("orientation_step_deg", channel.orientation_step_deg),
+    ];
+    steps.into_iter().try_for_each(|(key, step)| whole_turn(key, step.map_or(0.0, |step| step.get())))
+}
+
+/// A turn is a whole number of steps; else the last one would be shorter than the others, straight behind a robot.
+fn whole_turn(key: &str, step_deg: f64) -> Result<(), Problem> {
+    let steps = 360.0 / step_deg;
+    let is_whole = step_deg == 0.0 || (steps - steps.round()).abs() <= ROUNDING * steps;
+    ensure(is_whole, || {
+        let [finer_deg, coarser_deg] = [steps.ceil(), steps.floor()].map(|steps| 360.0 / steps);
+        let message = format!("channel.{key} = {step_deg} does not divide 360 degrees");
+        problem(&[&format!("channel.{key}")], message)
+            .hint(format!("the nearest steps that do are {finer_deg} and {coarser_deg} (0 is exact)"))
+    })
 }
 
 /// As the file spells it.

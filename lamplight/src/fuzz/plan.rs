@@ -370,8 +370,13 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
     channel.sigma_bearing_deg = noise(0.3, 10.0);
     channel.sigma_orientation_deg = noise(0.3, 10.0);
     channel.range_step_m = noise(0.2, 0.3);
-    channel.bearing_step_deg = noise(0.2, 30.0);
-    channel.orientation_step_deg = noise(0.2, 30.0);
+    // As many whole steps to a turn as there would be of the step that was drawn.
+    let whole = |step: Option<NonNegative>| {
+        step.filter(|step| step.get() > 0.0)
+            .and_then(|step| nonnegative(360.0 / (360.0 / step.get()).round()))
+    };
+    channel.bearing_step_deg = whole(noise(0.2, 30.0));
+    channel.orientation_step_deg = whole(noise(0.2, 30.0));
 
     let timed = access.unwrap_or(match profile {
         Profile::Ideal => Access::Instant,
