@@ -139,6 +139,8 @@ pub struct Summary {
     pub digest: String,
     /// First time the mean ‖ê‖ was below the scenario's tolerance, every robot that took part having one.
     pub converged_at_s: Option<f64>,
+    /// How often bodies stayed where they were because nobody could say how their contacts are kept; 0 in a sound run.
+    pub contacts_unsolved: u64,
     /// Commands refused over all robots.
     pub commands_refused: u64,
     /// The swarm at the end, and its packets over the whole run.

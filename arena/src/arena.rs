@@ -205,6 +205,11 @@ impl Arena {
         self.packets
     }
 
+    /// How often bodies stayed where they were because their contacts had no solution that could be found.
+    pub fn contacts_unsolved(&self) -> u64 {
+        self.world.contacts_unsolved()
+    }
+
     /// How packets fared in the crowd, where the channel lets them meet.
     pub fn crowding(&self) -> Option<&Crowding> {
         self.channel.crowding()

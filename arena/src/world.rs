@@ -84,7 +84,7 @@ impl World {
     }
 
     /// How often bodies stayed where they were because their contacts had no solution that could be found.
-    pub fn unsolved_contacts(&self) -> u64 {
+    pub fn contacts_unsolved(&self) -> u64 {
         self.contacts.unsolved()
     }
 
@@ -266,7 +266,7 @@ mod tests {
                 advance(&mut world, 0.3, &commands);
                 let apart = |a: usize, b: usize| (world.poses[b].position - world.poses[a].position).norm();
                 prop_assert!((0..36).all(|b| (0..b).all(|a| apart(a, b) >= 0.2 * (1.0 - 1e-9))));
-                prop_assert_eq!(world.unsolved_contacts(), 0);
+                prop_assert_eq!(world.contacts_unsolved(), 0);
                 for pose in &world.poses {
                     prop_assert!((0.1..=1.9).contains(&pose.position.x));
                     prop_assert!((0.1..=1.9).contains(&pose.position.y));

@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod command;
 pub mod frame;
+#[cfg(feature = "oscillator")]
 pub mod oscillator;
 pub mod packet;
 pub mod percept;
