@@ -653,7 +653,8 @@ mod tests {
                 if discs.positions.iter().all(|other| (other - at).norm() > 0.2) {
                     let (speed, angle) = (0.3 * unit(), std::f64::consts::TAU * unit());
                     let yields = unit() > 0.1;
-                    let velocity = Vector2::new(angle.cos(), angle.sin()) * speed;
+                    let (sin, cos) = libm::sincos(angle);
+                    let velocity = Vector2::new(cos, sin) * speed;
                     discs.positions.push(at);
                     discs.velocities.push(if yields { velocity } else { Vector2::zeros() });
                     discs.yields.push(yields);

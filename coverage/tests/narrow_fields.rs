@@ -24,19 +24,23 @@ impl Draws {
     }
 
     fn power_of_ten(&mut self, low: f64, high: f64) -> f64 {
-        10_f64.powf(self.between(low, high))
+        libm::pow(10_f64, self.between(low, high))
     }
 
     /// A convex polygon on an ellipse about the origin, `size_m` long and down to a fiftieth of it wide.
     fn polygon(&mut self, size_m: f64) -> Vec<Point> {
         let vertices = 3 + self.between(0.0, 8.0) as usize;
         let step = 2.0 * PI / vertices as f64;
-        let (flat, turn) = (50_f64.powf(self.between(-1.0, 0.0)), self.between(0.0, PI));
-        let turned =
-            |p: Point| Point::new(p.x * turn.cos() - p.y * turn.sin(), p.x * turn.sin() + p.y * turn.cos());
+        let (flat, turn) = (libm::pow(50_f64, self.between(-1.0, 0.0)), self.between(0.0, PI));
+        let turned = |p: Point| {
+            Point::new(
+                p.x * libm::cos(turn) - p.y * libm::sin(turn),
+                p.x * libm::sin(turn) + p.y * libm::cos(turn),
+            )
+        };
         (0..vertices)
             .map(|vertex| step * (vertex as f64 + self.between(0.0, 0.9)))
-            .map(|angle| turned(Point::new(angle.cos(), flat * angle.sin()) * (size_m / 2.0)))
+            .map(|angle| turned(Point::new(libm::cos(angle), flat * libm::sin(angle)) * (size_m / 2.0)))
             .collect()
     }
 }
@@ -47,10 +51,10 @@ fn antiderivatives(component: &FieldComponent, s: f64) -> [f64; 3] {
         FieldComponent::Constant(value) => [value * s / 2.0, value * s / 2.0, value * s * s / 4.0],
         FieldComponent::Gaussian { amplitude, sigma_m, .. } => {
             let (variance, v) = (sigma_m * sigma_m, s / (2.0 * sigma_m * sigma_m));
-            let mass = amplitude * variance * -(-v).exp_m1();
+            let mass = amplitude * variance * -libm::expm1(-v);
             // 1 − (1 + v)·e^(−v), by its series where it would cancel.
             let series = v * v * (0.5 - v * (1.0 / 3.0 - v * (1.0 / 8.0 - v * (1.0 / 30.0 - v / 144.0))));
-            let moment = if v < 1e-3 { series } else { -(-v).exp_m1() - v * (-v).exp() };
+            let moment = if v < 1e-3 { series } else { -libm::expm1(-v) - v * libm::exp(-v) };
             [mass, mass, amplitude * 2.0 * variance * variance * moment]
         }
         FieldComponent::Lamp { peak, half_distance_m, .. } => {

@@ -135,8 +135,9 @@ impl Server {
             Err(_) => self.paused = Some(now + PAUSE),
         }
         if self.clients.len() > CLIENTS_MAX {
-            self.clients.remove(0);
+            // Counted first: whoever notices that it was dropped finds it counted.
             self.live.tell(|snapshot| snapshot.dropped.crowded_out += 1);
+            self.clients.remove(0);
         }
     }
 }
