@@ -1,4 +1,4 @@
-//! What robots believe of each other, as packets come late or out of order.
+//! Beliefs of robots of each other, as packets come late or out of order.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

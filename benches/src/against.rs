@@ -1,6 +1,6 @@
 //! Our build against another one: both run the same in turn, pair by pair, and ratios are formed within a pair.
 //!
-//! What else the machine does falls on both halves of a pair alike, and which half comes first alternates. `scripts/bench
+//! Noise of the machine falls on both halves of a pair alike, and which half comes first alternates. `scripts/bench
 //! --against COMMIT` builds the other and calls this.
 
 use std::{
@@ -90,7 +90,7 @@ fn order(pair: u32) -> [Side; 2] {
 struct Case {
     name: String,
     engine: Engine,
-    /// What `lamplight run` is told: the scenario and its options.
+    /// Arguments of `lamplight run`: the scenario and its options.
     arguments: Vec<String>,
     pairs: Vec<Pair>,
     /// Why there are no more pairs.
@@ -140,7 +140,7 @@ impl Case {
     }
 }
 
-/// What is run: in process a thousand robots, loose and in a crowd; in lock-step a few and many.
+/// The runs: in process a thousand robots, loose and in a crowd; in lock-step a few and many.
 fn cases(scenarios: &Path, quick: bool) -> Vec<Case> {
     let (robots, seconds) = if quick { (100, 5) } else { (THOUSAND.0, 20) };
     let thousand_side_m = THOUSAND.1 * (f64::from(robots) / f64::from(THOUSAND.0)).sqrt();
@@ -173,7 +173,7 @@ fn cases(scenarios: &Path, quick: bool) -> Vec<Case> {
 /// A value of a run, with its name and unit; `None` where it is not measured.
 type Measure = (&'static str, fn(&Summary) -> Option<f64>);
 
-/// What is read of a run, in the order of the rows.
+/// Measures of a run, in the order of the rows.
 const MEASURES: [Measure; 4] = [
     ("tick, µs", |summary| Some(summary.tick_us.p50)),
     ("control cycle of an agent, µs", Summary::control_cycle_us),

@@ -75,7 +75,7 @@ pub(crate) struct TickTimes {
     pub(crate) p50: f64,
 }
 
-/// What the agents' processes took.
+/// Costs of the agents' processes.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 struct Agents {

@@ -79,7 +79,7 @@ fn cell(spread: Option<Spread>) -> String {
     spread.map_or_else(dash, |spread| spread.to_string())
 }
 
-/// What stands for a value that is not there.
+/// Placeholder of a value that is not there.
 pub(crate) fn dash() -> String {
     "–".to_owned()
 }

@@ -25,7 +25,7 @@ pub struct Neighbor<E = ()> {
     pub heard: Tick,
     /// What was heard.
     pub delivery: Delivery,
-    /// What the owner of the table knows beside.
+    /// Knowledge of the table's owner beside the delivery.
     pub extra: E,
 }
 

@@ -96,7 +96,7 @@ pub struct ClockSetup {
     pub drift_ppm: f64,
     /// Each wake-up comes late by a time of its own, up to this.
     pub jitter: Seconds,
-    /// What both are drawn from, together with the robot's id: each life of it has a clock of its own.
+    /// Seed of both, together with the robot's id: each life of it has a clock of its own.
     pub seed: u64,
 }
 

@@ -33,7 +33,7 @@ pub(super) struct Air {
     capture: Capture,
     /// Up to when the air has been played.
     played_s: f64,
-    /// What each robot keeps time by.
+    /// The clock of each robot.
     rhythms: Vec<Rhythm>,
     /// Each robot's next packet.
     next: Vec<Next>,

@@ -410,7 +410,7 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
     }
 }
 
-/// What has to fit into a cycle does so on the fastest clock as well.
+/// Checks that a cycle holds what it has to on the fastest clock as well.
 fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
     let (channel, drift_ppm) = (&scenario.channel, scenario.processes.clock_drift_ppm.get());
     let seconds = |key: Option<NonNegative>| key.map_or(0.0, |seconds| seconds.get());
