@@ -18,7 +18,7 @@ use nalgebra::Vector2;
 use crate::{frame::ArenaPoint, grid::Grid};
 
 /// Bodies may overlap by this share of their diameter: rounding, not room.
-pub(crate) const TOUCH: f64 = 1e-9;
+const TOUCH: f64 = 1e-9;
 /// A solution is found when a sweep moves no body by more than this share of a diameter.
 const CONVERGED: f64 = 1e-10;
 /// Longest step, as a share of a diameter.
