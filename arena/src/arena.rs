@@ -8,6 +8,7 @@ use std::{
 use arrayvec::ArrayVec;
 use protocol::{
     command::Command,
+    odometry::Motion,
     packet::Packet,
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
@@ -26,6 +27,7 @@ use crate::{
     light::LightSensors,
     measurement::Measurement,
     metrics::{Metrics, Observer},
+    odometry::Odometers,
     packets::Packets,
     placement::{self, PlacementError},
     random::{Draws, Purpose},
@@ -58,6 +60,7 @@ pub struct Arena {
     world: World,
     field: Field,
     sensors: LightSensors,
+    odometers: Option<Odometers>,
     channel: Channel,
     measurement: Measurement,
     plan: FaultPlan,
@@ -100,6 +103,7 @@ impl Arena {
             world: World::new(scenario, poses),
             field: Field::new(scenario),
             sensors: LightSensors::new(scenario),
+            odometers: Odometers::new(scenario),
             channel: Channel::new(scenario),
             measurement: Measurement::new(&scenario.channel),
             plan: FaultPlan::new(scenario),
@@ -247,6 +251,7 @@ impl Arena {
         for (robot, answer) in answers.iter().enumerate() {
             let Some(answer) = answer else {
                 self.commands[robot] = None;
+                self.world.halt(robot);
                 self.held_back[robot].clear();
                 continue;
             };
@@ -255,6 +260,7 @@ impl Arena {
             self.lives[robot] = life;
             if is_new {
                 self.held_back[robot].clear();
+                self.odometers.iter_mut().for_each(|odometers| odometers.restart(robot));
                 self.obey(robot, *answer);
             } else if asked {
                 match self.plan.lateness(tick, robot as u32) {
@@ -281,12 +287,15 @@ impl Arena {
         if self.tick.is_none() {
             return;
         }
-        let (commands, plan) = (&self.commands, &mut self.plan);
-        self.world.advance(self.scenario.step_s.get(), |robot, course| {
-            commands[robot].and_then(|_| plan.driven(tick, robot as u32, course))
-        });
+        let plan = &mut self.plan;
+        self.world
+            .advance(self.scenario.step_s.get(), |robot, course| plan.driven(tick, robot as u32, course));
         for (bumped, now) in self.bumped.iter_mut().zip(self.world.bumped()) {
             *bumped |= now;
+        }
+        if let Some(odometers) = &mut self.odometers {
+            odometers.count(tick, self.world.rolled());
+            carry_along(&mut self.inboxes, odometers.counted());
         }
     }
 
@@ -415,6 +424,7 @@ impl Arena {
         percept.tick = tick;
         percept.light = light;
         percept.bump = mem::take(&mut self.bumped[robot]);
+        percept.odometry = self.odometers.as_ref().map(|odometers| odometers.reading(robot));
         if self.scenario.arena.boundary_sensing {
             percept.walls = walls(&pose, size_m);
         }
@@ -437,6 +447,15 @@ impl Arena {
         for ((id, pose), percept) in ids.zip(self.world.poses()).zip(&self.percepts) {
             let deliveries = if with_percepts { &percept.deliveries[..] } else { &[] };
             self.digest.record(tick, id, pose, deliveries);
+        }
+    }
+}
+
+/// What robots have heard and not been handed yet turns and moves along with their bodies, as far as they know of that.
+fn carry_along(inboxes: &mut [Vec<Heard>], motions: &[Motion]) {
+    for (inbox, motion) in inboxes.iter_mut().zip(motions) {
+        for heard in inbox {
+            motion.carry_along(&mut heard.delivery);
         }
     }
 }

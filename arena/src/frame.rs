@@ -3,7 +3,7 @@
 //! These types exist in this crate alone: a robot cannot name a point of the arena.
 
 use nalgebra::Vector2;
-use protocol::frame::BodyVector;
+use protocol::{frame::BodyVector, odometry::Motion, units::wrapped};
 
 /// A point of the arena, meters.
 pub type ArenaPoint = Vector2<f64>;
@@ -28,6 +28,11 @@ impl Pose {
         let (sin, cos) = libm::sincos(self.heading);
         let away = point - self.position;
         BodyVector::new(cos * away.x + sin * away.y, cos * away.y - sin * away.x)
+    }
+
+    /// This pose as a body at `other` sees it: the motion that leads here from there.
+    pub fn seen_from(&self, other: &Self) -> Motion {
+        Motion { displacement: other.sees(self.position), turn: wrapped(self.heading - other.heading) }
     }
 
     /// A vector of this body in the arena's axes.

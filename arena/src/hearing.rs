@@ -36,6 +36,7 @@ impl Hearing {
             self.tables[at] = NeighborTable::new(id, self.timeout_ticks);
         }
         let heard = percept.deliveries.iter().copied().zip(sent_s.iter().copied());
+        self.tables[at].follow(percept.odometry);
         self.tables[at].record_with(percept.tick, heard);
     }
 

@@ -22,6 +22,7 @@ pub mod light;
 pub mod lists;
 pub mod measurement;
 pub mod metrics;
+pub mod odometry;
 pub mod packets;
 pub mod placement;
 pub mod random;

@@ -44,6 +44,8 @@ pub enum Purpose {
     FuzzPlan = 13,
     /// The random channel of `lamplight fuzz`.
     FuzzChannel = 14,
+    /// The error of a robot's odometry.
+    Odometry = 15,
 }
 
 /// The stream of one key.

@@ -49,7 +49,7 @@ pub use schema::schema_json;
 pub use steps::{Rounded, Roundings, STEPS_MAX};
 pub use tables::{
     ArenaSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec, GradientSource, LampSpec,
-    OnHang, OutputSpec, ProcessesSpec, RobotsSpec,
+    OnHang, OutputSpec, ProcessesSpec, RobotsSpec, SensorsSpec,
 };
 
 use document::Document;
@@ -81,6 +81,9 @@ pub struct Scenario {
     /// What a robot senses the light with.
     #[serde(default)]
     pub light: LightSpec,
+    /// What else robots sense.
+    #[serde(default)]
+    pub sensors: SensorsSpec,
     /// The controller every robot runs.
     pub controller: ControllerSpec,
     /// Who hears whom, and how well.
@@ -133,6 +136,7 @@ impl Scenario {
     fn filled(mut self) -> Self {
         self.channel = self.channel.filled(self.step_s);
         self.light = self.light.filled();
+        self.sensors.odometry.get_or_insert(self.robots.drive == Drive::Differential);
         let cycles = time_out::default_cycles(&self.channel, &self.fault);
         self.controller.neighbor_timeout_cycles.get_or_insert(cycles);
         self

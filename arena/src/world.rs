@@ -1,7 +1,7 @@
 //! Bodies in motion: first-order dynamics (7), walls, and discs that do not overlap.
 
 use nalgebra::Vector2;
-use protocol::{frame::BodyVector, units::wrapped};
+use protocol::{frame::BodyVector, odometry::Motion, units::wrapped};
 
 use crate::{
     contacts::{Contacts, Wanted},
@@ -13,8 +13,8 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct World {
     poses: Vec<Pose>,
-    /// Where each body is headed.
-    courses: Vec<Course>,
+    /// Where each body is headed, if it is under command.
+    courses: Vec<Option<Course>>,
     bumped: Vec<bool>,
     speed_limit_m_per_s: f64,
     drive: Drive,
@@ -25,6 +25,8 @@ pub struct World {
     positions: Vec<ArenaPoint>,
     displacements: Vec<Vector2<f64>>,
     yields: Vec<bool>,
+    /// What the wheels of each body rolled in the last motion, if anybody asks.
+    rolled: Option<Vec<Motion>>,
 }
 
 /// A velocity that was told to a body, and its heading then: while the body turns, the course stays.
@@ -35,8 +37,6 @@ struct Course {
 }
 
 impl Course {
-    const NONE: Self = Self { velocity: BodyVector::HERE, heading: 0.0 };
-
     /// The velocity in the frame of a body that now has another heading.
     fn seen_at(&self, heading: f64) -> BodyVector {
         if heading == self.heading {
@@ -53,7 +53,7 @@ impl World {
     pub fn new(scenario: &Scenario, poses: Vec<Pose>) -> Self {
         let (robots, size_m) = (&scenario.robots, scenario.arena.size_m.get());
         Self {
-            courses: vec![Course::NONE; poses.len()],
+            courses: vec![None; poses.len()],
             bumped: vec![false; poses.len()],
             speed_limit_m_per_s: robots.speed_limit_m_per_s.map_or(f64::INFINITY, |limit| limit.get()),
             drive: robots.drive,
@@ -63,6 +63,7 @@ impl World {
             positions: Vec::with_capacity(poses.len()),
             displacements: Vec::with_capacity(poses.len()),
             yields: Vec::with_capacity(poses.len()),
+            rolled: (scenario.sensors.odometry == Some(true)).then(Vec::new),
             poses,
         }
     }
@@ -80,7 +81,18 @@ impl World {
     /// Tells a body where to go, in its present body frame (m/s). It keeps the course while it turns,
     /// as its position controller does by odometry.
     pub fn set_course(&mut self, robot: usize, velocity: BodyVector) {
-        self.courses[robot] = Course { velocity, heading: self.poses[robot].heading };
+        self.courses[robot] = Some(Course { velocity, heading: self.poses[robot].heading });
+    }
+
+    /// Leaves a body without command: it stands still, and does not yield to others.
+    pub fn halt(&mut self, robot: usize) {
+        self.courses[robot] = None;
+    }
+
+    /// What the wheels of each body rolled in the last motion, in the body frame before it; nothing where nobody has
+    /// odometry.
+    pub fn rolled(&self) -> &[Motion] {
+        self.rolled.as_deref().unwrap_or_default()
     }
 
     /// How often bodies stayed where they were because their contacts had no solution that could be found.
@@ -90,30 +102,49 @@ impl World {
 
     /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
     /// (both in its body frame); where it says `None` the body stands still, and does not yield to others.
+    /// A body without command is not asked for.
     pub fn advance(&mut self, step_s: f64, mut drive: impl FnMut(usize, BodyVector) -> Option<BodyVector>) {
-        let Self { positions, displacements, yields, .. } = self;
+        let Self { positions, displacements, yields, rolled, .. } = self;
         positions.clear();
         displacements.clear();
         yields.clear();
+        rolled.iter_mut().for_each(Vec::clear);
+        let (kind, speed_limit, turn_limit) =
+            (self.drive, self.speed_limit_m_per_s, self.turn_limit_rad_per_s);
+        let alone = |pose: &Pose, velocity: BodyVector| {
+            let velocity = velocity.capped(speed_limit);
+            match kind {
+                Drive::Holonomic => slid(pose, velocity, step_s),
+                Drive::Differential => driven(pose, velocity, step_s, turn_limit),
+            }
+        };
         let [width, height] = self.size_m;
         for (robot, (pose, course)) in self.poses.iter_mut().zip(&self.courses).enumerate() {
-            let velocity = drive(robot, course.seen_at(pose.heading));
-            let moved = match velocity.map(|velocity| velocity.capped(self.speed_limit_m_per_s)) {
-                None => *pose,
-                Some(velocity) => match self.drive {
-                    Drive::Holonomic => slid(pose, velocity, step_s),
-                    Drive::Differential => driven(pose, velocity, step_s, self.turn_limit_rad_per_s),
-                },
-            };
+            let told = course.as_ref().map(|course| course.seen_at(pose.heading));
+            let velocity = told.and_then(|told| drive(robot, told));
+            let moved = velocity.map_or(*pose, |velocity| alone(pose, velocity));
+            if let Some(rolled) = rolled {
+                let wheels =
+                    if told == velocity { moved } else { told.map_or(*pose, |told| alone(pose, told)) };
+                rolled.push(wheels.seen_from(pose));
+            }
             let way = moved.position - pose.position;
             positions.push(pose.position);
             // No way is longer than the arena.
             displacements.push(Vector2::new(way.x.clamp(-width, width), way.y.clamp(-height, height)));
             yields.push(velocity.is_some());
-            pose.heading = moved.heading;
+            *pose = moved;
         }
         let wanted = Wanted { displacements, yields };
         self.contacts.advance(positions, wanted, &mut self.bumped);
+        for (rolled, (pose, &position)) in rolled.iter_mut().flatten().zip(self.poses.iter().zip(&*positions))
+        {
+            let mut push = pose.sees(position);
+            if kind == Drive::Differential {
+                push.0.y = 0.0;
+            }
+            rolled.displacement.0 += push.turned(rolled.turn).0;
+        }
         for (pose, &position) in self.poses.iter_mut().zip(&*positions) {
             pose.position = position;
         }
@@ -155,7 +186,7 @@ mod tests {
         let pose = |&(x, y)| Pose { position: ArenaPoint::new(x, y), heading: 0.0 };
         World {
             poses: positions.iter().map(pose).collect(),
-            courses: vec![Course::NONE; positions.len()],
+            courses: vec![None; positions.len()],
             bumped: vec![false; positions.len()],
             speed_limit_m_per_s: 1.0,
             drive,
@@ -165,6 +196,7 @@ mod tests {
             positions: Vec::new(),
             displacements: Vec::new(),
             yields: Vec::new(),
+            rolled: Some(Vec::new()),
         }
     }
 
@@ -175,9 +207,12 @@ mod tests {
     /// Every body is told to go, and moves.
     fn advance(world: &mut World, step_s: f64, velocities: &[Option<BodyVector>]) {
         for (robot, velocity) in velocities.iter().enumerate() {
-            world.set_course(robot, velocity.unwrap_or_default());
+            match velocity {
+                Some(velocity) => world.set_course(robot, *velocity),
+                None => world.halt(robot),
+            }
         }
-        world.advance(step_s, |robot, course| velocities[robot].map(|_| course));
+        world.advance(step_s, |_, course| Some(course));
     }
 
     #[test]
@@ -201,6 +236,44 @@ mod tests {
         let mut world = world(Drive::Holonomic, 0.1, &[(1.0, 1.0)]);
         advance(&mut world, 0.5, &[None]);
         assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
+    }
+
+    /// What wheels rolled, ahead and to the left, and by how much they turned.
+    fn assert_rolled(world: &World, ahead: f64, left: f64, turn: f64) {
+        let Motion { displacement, turn: turned } = world.rolled()[0];
+        let off = displacement.0 - BodyVector::new(ahead, left).0;
+        assert!(off.norm() < 1e-12 && (turned - turn).abs() < 1e-12, "{displacement:?}, {turned}");
+    }
+
+    #[test]
+    fn wheels_count_what_holds_them_back_and_not_what_pushes_them_sideways() {
+        // Towards a wall .3 m ahead, with a neighbor that pushes from the right.
+        for (drive, left) in [(Drive::Differential, 0.0), (Drive::Holonomic, 0.05)] {
+            let mut world = world(drive, 0.1, &[(1.6, 1.0), (1.6, 0.8)]);
+            world.poses[1].heading = PI / 2.0;
+            advance(&mut world, 0.1, &[go(0.0, 0.0), go(1.0, 0.0)]);
+            assert!((world.poses[0].position - ArenaPoint::new(1.6, 1.05)).norm() < 1e-9);
+            assert_rolled(&world, 0.0, left, 0.0);
+            advance(&mut world, 1.0, &[go(0.9, 0.0), None]);
+            assert!((world.poses[0].position - ArenaPoint::new(1.9, 1.05)).norm() < 1e-9);
+            assert_rolled(&world, 0.3, 0.0, 0.0);
+        }
+    }
+
+    #[test]
+    fn wheels_count_what_they_were_told_and_not_what_a_fault_makes_of_it() {
+        let mut world = world(Drive::Differential, 0.1, &[(1.0, 1.0)]);
+        let told = BodyVector::new(0.0, 0.2);
+        world.set_course(0, told);
+        world.advance(0.5, |_, _| None);
+        assert_rolled(&world, 0.0, 0.0, PI / 4.0);
+        assert_eq!(world.poses[0], Pose::unturned(ArenaPoint::new(1.0, 1.0)), "it is stuck");
+        world.advance(0.5, |_, _| Some(BodyVector::new(0.3, 0.0)));
+        assert_rolled(&world, 0.0, 0.0, PI / 4.0);
+        assert!((world.poses[0].position.x - 1.15).abs() < 1e-12);
+        world.halt(0);
+        world.advance(0.5, |_, _| unreachable!("nobody commands it"));
+        assert_rolled(&world, 0.0, 0.0, 0.0);
     }
 
     #[test]

@@ -411,6 +411,23 @@ mod agents {
         }
         assert_eq!(moved, [21, 26]);
     }
+
+    #[test]
+    fn a_late_velocity_counts_in_the_body_frame_of_when_it_comes_into_force() {
+        let faults = "robots.drive = \"differential\"\n[[fault]]\nkind = \"slow\"\nrobots = 1\ndelay_s = 0.5";
+        let mut arena = Arena::new(&scenario(faults)).unwrap();
+        for tick in 0..20_u64 {
+            arena.strikes(&[]);
+            let mut commands = everyone();
+            // To the left, said in six ticks before the first of them comes into force.
+            if (1..=6).contains(&tick) {
+                commands[1].as_mut().unwrap().velocity = BodyVector::new(0.0, 1e-6);
+            }
+            arena.tick(&commands);
+        }
+        // .3 rad in each of six ticks; in the frame of when it was said, it would stop at a quarter turn.
+        assert!((arena.poses()[1].heading - 6.0 * 0.3).abs() < 1e-12, "{}", arena.poses()[1].heading);
+    }
 }
 
 mod bodies {

@@ -92,6 +92,10 @@ mod reading {
             [light]
             sensor = "ideal"
 
+            [sensors]
+            odometry = false
+            odometry_error = 0.0
+
             [controller]
             law = "linear"
             gain_per_s = 1.0
@@ -301,6 +305,36 @@ mod reading {
         ] {
             assert_eq!(cycles(overrides), Some(1), "{overrides:?}");
         }
+    }
+
+    #[test]
+    fn wheels_have_odometry_unless_the_scenario_says_otherwise() {
+        let odometry = |sets: &[&str]| parse(SMALLEST, sets).expect("a good scenario").sensors.odometry;
+        assert_eq!(odometry(&[]), Some(false));
+        assert_eq!(odometry(&["robots.drive=differential"]), Some(true));
+        assert_eq!(odometry(&["robots.drive=differential", "sensors.odometry=false"]), Some(false));
+        assert_eq!(odometry(&["sensors.odometry=true"]), Some(true));
+    }
+
+    #[test]
+    fn an_error_of_odometry_wants_odometry() {
+        check_override(
+            &["sensors.odometry_error=0.1"],
+            expect![[r#"
+            --set sensors.odometry_error=0.1: sensors.odometry_error has no meaning without odometry
+            hint: grant it (on the command line: --set sensors.odometry=true)"#]],
+        );
+        check_override(
+            &["robots.drive=differential", "sensors.odometry=false", "sensors.odometry_error=0.1"],
+            expect![[r#"
+                --set sensors.odometry_error=0.1: sensors.odometry_error has no meaning without odometry
+                hint: grant it (on the command line: --set sensors.odometry=true)"#]],
+        );
+        check_override(
+            &["robots.drive=differential", "sensors.odometry_error=1.5"],
+            expect!["--set sensors.odometry_error=1.5: sensors.odometry_error = 1.5 is more than 1"],
+        );
+        assert!(parse(SMALLEST, &["robots.drive=differential", "sensors.odometry_error=0.1"]).is_ok());
     }
 
     #[test]

@@ -38,6 +38,7 @@ impl Controller {
     /// Takes in what was heard before the percept that will be answered: in real time more than one may come
     /// between two cycles. To take in a percept twice does no harm.
     pub fn hear(&mut self, percept: &Percept) {
+        self.neighbors.follow(percept.odometry);
         self.neighbors.record(percept.tick, &percept.deliveries);
     }
 
@@ -50,7 +51,7 @@ impl Controller {
 
     /// The same under the eyes of `watcher`, who changes nothing.
     pub fn step_watched(&mut self, percept: &Percept, watcher: &mut impl Watcher) -> Command {
-        self.neighbors.record(percept.tick, &percept.deliveries);
+        self.hear(percept);
         watcher.passed(Stage::Neighbors);
         let mut cell = Polygon::new();
         self.cut_cell(&mut cell, percept);

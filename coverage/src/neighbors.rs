@@ -2,6 +2,7 @@
 
 use arrayvec::ArrayVec;
 use protocol::{
+    odometry::Odometry,
     percept::{DELIVERIES_MAX, Delivery, Tick},
     robot_id::RobotId,
 };
@@ -57,6 +58,8 @@ pub struct NeighborTable<E = ()> {
     timeout_ticks: u32,
     /// The tick of the last record.
     tick: Tick,
+    /// The owner's odometry that the entries' ranges and bearings go by, if it has any.
+    odometry: Option<Odometry>,
     /// Neighbors, and among them silent senders, of whom only the packet's sender and number still count.
     entries: ArrayVec<Neighbor<E>, { NEIGHBORS_MAX + SILENT_MAX }>,
     /// What was turned away so far.
@@ -74,7 +77,28 @@ impl<E: Copy> NeighborTable<E> {
     /// An empty table of robot `own`. A neighbor counts while it was heard less than
     /// `timeout_ticks` ago (at least 1: heard in this very tick).
     pub fn new(own: RobotId, timeout_ticks: u32) -> Self {
-        Self { own, timeout_ticks, tick: 0, entries: ArrayVec::new(), refused: Refused::default() }
+        Self {
+            own,
+            timeout_ticks,
+            tick: 0,
+            odometry: None,
+            entries: ArrayVec::new(),
+            refused: Refused::default(),
+        }
+    }
+
+    /// Carries all neighbors along with the motion of the table's owner: what was heard before it has turned and moved
+    /// lies elsewhere in its body frame of now. Without odometry, nothing is known of that, and entries stay.
+    pub fn follow(&mut self, odometry: Option<Odometry>) {
+        let Some(now) = odometry else { return };
+        let Some(before) = self.odometry.replace(now) else { return };
+        let motion = now.since(&before);
+        let (tick, timeout) = (self.tick, self.timeout_ticks);
+        for neighbor in &mut self.entries {
+            if tick.saturating_sub(neighbor.heard) < timeout.into() {
+                motion.carry_along(&mut neighbor.delivery);
+            }
+        }
     }
 
     /// Takes in what was heard at `tick`, with what is known beside.

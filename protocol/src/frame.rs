@@ -36,6 +36,12 @@ impl BodyVector {
         libm::atan2(self.0.y, self.0.x)
     }
 
+    /// The same vector turned by `angle` radians, counter-clockwise.
+    pub fn turned(self, angle: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle);
+        Self(Vector2::new(cos * self.0.x - sin * self.0.y, sin * self.0.x + cos * self.0.y))
+    }
+
     /// The same direction, no longer than `limit`.
     pub fn capped(self, limit: f64) -> Self {
         let length = self.length();

@@ -13,6 +13,7 @@ extern crate std;
 
 pub mod command;
 pub mod frame;
+pub mod odometry;
 #[cfg(feature = "oscillator")]
 pub mod oscillator;
 pub mod packet;

@@ -7,6 +7,7 @@ use arrayvec::ArrayVec;
 
 use crate::{
     frame::BodyVector,
+    odometry::Odometry,
     packet::Packet,
     units::{Meters, Radians},
 };
@@ -100,6 +101,8 @@ pub struct Percept {
     pub light: Light,
     /// The bump skirt was pressed during the last motion.
     pub bump: bool,
+    /// The robot's own motion, where the scenario gives robots odometry.
+    pub odometry: Option<Odometry>,
     /// Walls, where the scenario gives robots boundary sensing.
     pub walls: ArrayVec<Wall, WALLS_MAX>,
     /// The true field, for the `exact` controller only; else empty.
@@ -114,6 +117,7 @@ impl Percept {
             deliveries: ArrayVec::new(),
             light: Light { value: 0.0, stimulus: Stimulus::None },
             bump: false,
+            odometry: None,
             walls: ArrayVec::new(),
             field: ArrayVec::new(),
         }

@@ -12,6 +12,7 @@ use crate::{
     command::Command,
     cycles::Stamp,
     frame::BodyVector,
+    odometry::Odometry,
     packet::{PACKET_BYTES_MAX, Packet, PacketError},
     percept::{
         COMPONENTS_MAX, DELIVERIES_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX,
@@ -101,13 +102,21 @@ pub struct RawHead {
     /// 0 none, 1 gradient, 2 bearing.
     pub stimulus_kind: u32,
     /// 1 if the bump skirt was pressed.
-    pub bump: u32,
+    pub bump: u16,
+    /// 1 if there is odometry, 0 if not.
+    pub has_odometry: u16,
     /// Walls in use.
     pub walls_len: u32,
     /// Field components in use.
     pub field_len: u32,
+    /// Odometry: position, body frame of the beginning; 0 if there is none.
+    pub odometry_x_m: f64,
+    /// Odometry: position, body frame of the beginning; 0 if there is none.
+    pub odometry_y_m: f64,
+    /// Odometry: heading, body frame of the beginning; 0 if there is none.
+    pub odometry_heading_rad: f64,
 }
-const _: () = assert!(size_of::<RawHead>() == 48);
+const _: () = assert!(size_of::<RawHead>() == 72);
 
 /// All walls there may be; the head says how many there are.
 pub type RawWalls = [RawWall; WALLS_MAX];
@@ -125,7 +134,7 @@ pub struct RawPercept {
     /// The true field.
     pub field: RawField,
 }
-const _: () = assert!(size_of::<RawPercept>() == 48 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
+const _: () = assert!(size_of::<RawPercept>() == 72 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
 
 /// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::cycles::Clock) of the
 /// machine. Nobody depends on these numbers: they are for who looks at the run.
@@ -356,6 +365,7 @@ impl RawHead {
             Stimulus::Gradient(gradient) => (1, gradient.0.x, gradient.0.y),
             Stimulus::Bearing(bearing) => (2, bearing.get(), 0.0),
         };
+        let odometry = percept.odometry.unwrap_or_default();
         Self {
             tick: percept.tick,
             light: percept.light.value,
@@ -365,6 +375,10 @@ impl RawHead {
             bump: percept.bump.into(),
             walls_len: percept.walls.len() as u32,
             field_len: percept.field.len() as u32,
+            has_odometry: percept.odometry.is_some().into(),
+            odometry_x_m: odometry.position.0.x,
+            odometry_y_m: odometry.position.0.y,
+            odometry_heading_rad: odometry.heading.get(),
         }
     }
 
@@ -384,6 +398,7 @@ impl RawHead {
         let walls = &walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
         let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
         let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
+        let odometry = self.odometry()?;
         walls.iter().try_for_each(|wall| wall.check().map(drop))?;
         field.iter().try_for_each(|component| component.check().map(drop))?;
         // Nothing is written before everything is known to be good. Lists are filled in their place: they have
@@ -391,6 +406,7 @@ impl RawHead {
         percept.tick = self.tick;
         percept.bump = self.bump != 0;
         percept.light = light;
+        percept.odometry = odometry;
         percept.walls.clear();
         percept.walls.extend(walls.iter().flat_map(RawWall::check));
         percept.field.clear();
@@ -408,6 +424,20 @@ impl RawHead {
             ))),
             2 => Ok(Stimulus::Bearing(self.stimulus_a.try_into()?)),
             value => Err(PerceptError::OutOfRange { what: "stimulus kind", value, max: 2 }),
+        }
+    }
+
+    fn odometry(&self) -> Result<Option<Odometry>, PerceptError> {
+        match self.has_odometry {
+            0 => Ok(None),
+            1 => Ok(Some(Odometry {
+                position: BodyVector::new(
+                    finite(self.odometry_x_m, "meters")?,
+                    finite(self.odometry_y_m, "meters")?,
+                ),
+                heading: self.odometry_heading_rad.try_into()?,
+            })),
+            value => Err(PerceptError::OutOfRange { what: "flag for odometry", value: value.into(), max: 1 }),
         }
     }
 }
@@ -579,6 +609,8 @@ mod tests {
         let mut percept = Percept::empty(3);
         percept.light = Light { value: 2.0, stimulus: Stimulus::Gradient(BodyVector::new(0.5, -0.0)) };
         percept.bump = true;
+        let heading = Radians::new(-3.0).unwrap();
+        percept.odometry = Some(Odometry { position: BodyVector::new(-0.25, 7.0), heading });
         percept.deliveries.push(Delivery {
             packet: command().packet,
             range: Meters::new(0.3).unwrap(),
@@ -621,6 +653,21 @@ mod tests {
         raw.push(RawDelivery { range_m: f64::NAN, ..raw[0] });
         assert_eq!(RawPercept::new(&sent).read(&raw, &mut read), Ok(1));
         assert_eq!(read.deliveries.len(), 1);
+    }
+
+    #[test]
+    fn odometry_that_is_no_place_or_neither_there_nor_not_is_refused() {
+        let good = RawPercept::new(&percept()).head;
+        let heads = [
+            RawHead { odometry_x_m: f64::INFINITY, ..good },
+            RawHead { odometry_heading_rad: f64::NAN, ..good },
+            RawHead { has_odometry: 2, ..good },
+        ];
+        for head in heads {
+            let mut read = Percept::empty(0);
+            assert!(RawPercept { head, ..RawPercept::new(&percept()) }.read(&[], &mut read).is_err());
+            assert_eq!(read, Percept::empty(0), "nothing of it is believed");
+        }
     }
 
     #[test]

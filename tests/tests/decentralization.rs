@@ -61,7 +61,7 @@ fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
     let source = |file: &str| {
         std::fs::read_to_string(format!("{}/../protocol/src/{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap()
     };
-    for file in ["percept", "setup", "frame", "packet"] {
+    for file in ["percept", "odometry", "setup", "frame", "packet"] {
         let code: String = source(file)
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"))

@@ -80,6 +80,30 @@ fn clocks_that_drift_send_alike_in_both_engines() {
     }
 }
 
+/// Odometry with errors, stuck and drifting wheels, and robots that begin new lives.
+#[test]
+fn robots_turn_what_they_heard_along_alike_in_both_engines() {
+    let faults = r#"fault=[{ kind = "kill", robots = "0-4", at_s = 2, restart_at_s = 4 },
+        { kind = "pause", robots = 8, from_s = 3, until_s = 6 },
+        { kind = "motion", robots = "10-14", from_s = 1, until_s = 5, drift_m_per_s = [0.1, 0.1] },
+        { kind = "motion", robots = "20-24", from_s = 2, stuck = true }, { kind = "slow", robots = "30-34", delay_s = 0.6 }]"#;
+    for profile in ["isis", "ideal"] {
+        let profile = format!("channel.profile={profile}");
+        let options =
+            ["--duration", "10", "--set", &profile, "--set", "robots.drive=differential", "--set", faults];
+        let options = [&options[..], &["--set", "controller.neighbor_timeout_cycles=4"]].concat();
+        let without =
+            Run::of("swarmbots", &[&options[..], &["--set", "sensors.odometry=false"], &IN_PROCESS].concat());
+        let exact = Run::of("swarmbots", &[&options[..], &IN_PROCESS].concat());
+        let options = [&options[..], &["--set", "sensors.odometry_error=0.2"]].concat();
+        let in_process = Run::of("swarmbots", &[&options[..], &IN_PROCESS].concat());
+        let processes = Run::of("swarmbots", &[&options[..], &PATIENT].concat());
+        assert_eq!(processes.digest(), in_process.digest(), "{profile}");
+        let digests = [without.digest(), exact.digest(), in_process.digest()];
+        assert!(digests[0] != digests[1] && digests[1] != digests[2], "{profile}: {digests:?}");
+    }
+}
+
 #[test]
 fn a_busy_machine_changes_nothing() {
     let done = AtomicBool::new(false);

@@ -25,6 +25,11 @@ fn mean_distance(sets: &[&str]) -> f64 {
 
 /// How a scenario with these settings ends.
 fn final_state(scenario: &str, sets: &[&str], seed: u64) -> Metrics {
+    play(scenario, sets, seed, |_, _| {})
+}
+
+/// Plays a scenario with these settings; `look` sees each second, and how it ends is returned.
+fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Metrics)) -> Metrics {
     let seed = format!("seed={seed}");
     let sets = sets.iter().copied().chain([seed.as_str()]);
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
@@ -34,10 +39,13 @@ fn final_state(scenario: &str, sets: &[&str], seed: u64) -> Metrics {
         (0..scenario.robot_count()).map(|index| Controller::new(RobotId::first(index), setup)).collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
-    for _ in 0..=scenario.ticks() {
+    for tick in 0..=scenario.ticks() {
         if let Some(percepts) = arena.tick(&commands) {
             commands =
                 minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+        }
+        if tick.is_multiple_of(scenario.sample_every_ticks()) {
+            look(arena.time_s(), &arena.metrics(&commands));
         }
     }
     arena.metrics(&commands)
@@ -71,6 +79,40 @@ fn on_the_infrared_of_the_swarmbots_a_smaller_offset_still_packs_them_closer() {
         assert!(isis < last, "Φ = {offset}: {isis} m, the next larger offset gave {last} m");
         last = isis;
     }
+}
+
+/// Mean cost H between 40 and 60 s of Section V on the SwarmBots' infrared, and its standard error, over 8 seeds.
+fn late_cost_h(sets: &[&str]) -> (f64, f64) {
+    const RUNS: u64 = 8;
+    let isis = ["channel.profile=isis", "controller.cell_cap_m=1", "duration_s=60"];
+    let sets = [&isis[..], sets].concat();
+    let late = |seed| {
+        let mut costs = Vec::new();
+        play("swarmbots", &sets, seed, |time_s, metrics| {
+            costs.extend(metrics.cost_h.filter(|_| time_s > 40.0));
+        });
+        costs.iter().sum::<f64>() / costs.len() as f64
+    };
+    let costs: Vec<f64> = (1..=RUNS).map(late).collect();
+    let mean = costs.iter().sum::<f64>() / RUNS as f64;
+    let squares: f64 = costs.iter().map(|cost| (cost - mean) * (cost - mean)).sum();
+    (mean, (squares / (RUNS * (RUNS - 1)) as f64).sqrt())
+}
+
+#[test]
+fn on_wheels_robots_cover_as_well_as_holonomic_ones_by_odometry_and_worse_without() {
+    println!("| body | mean cost H from 40 to 60 s |");
+    println!("|---|---|");
+    let wheels = |odometry| late_cost_h(&["robots.drive=differential", odometry]);
+    let costs = [late_cost_h(&[]), wheels("sensors.odometry=true"), wheels("sensors.odometry=false")];
+    for (body, (mean, error)) in ["holonomic", "wheels", "wheels without odometry"].iter().zip(costs) {
+        println!("| {body} | {mean:.1} ± {error:.1} |");
+    }
+    let [holonomic, wheels, blind] = costs;
+    // How many standard errors of the difference the first is above the second.
+    let above = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0) / (a.1 * a.1 + b.1 * b.1).sqrt();
+    assert!(above(wheels, holonomic).abs() < 2.0, "{}", above(wheels, holonomic));
+    assert!(above(blind, wheels) > 3.0, "{}", above(blind, wheels));
 }
 
 /// Where few robots disturb each other and measure exactly, the infrared of the SwarmBots leads to the very

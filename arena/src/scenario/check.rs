@@ -15,7 +15,7 @@ use super::light::LightSensor;
 use super::number::{NonNegative, RobotCount};
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
-use super::tables::{ControllerSpec, FieldSpec, GradientSource, RobotsSpec};
+use super::tables::{ControllerSpec, Drive, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
 pub const MAX_GAIN_STEP: f64 = 1.5;
@@ -80,6 +80,15 @@ pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
         };
         return Err(without_meaning(&format!("channel.{key}"), choice, &chosen));
     }
+    let sensors = &scenario.sensors;
+    let by_default = scenario.robots.drive == Drive::Differential;
+    if sensors.odometry_error.get() > 0.0 && !sensors.odometry.unwrap_or(by_default) {
+        let path = "sensors.odometry_error";
+        let message = format!("{path} has no meaning without odometry");
+        return Err(
+            problem(&[path], message).hint("grant it (on the command line: --set sensors.odometry=true)")
+        );
+    }
     match light.meaningless_without_ring().next() {
         Some(key) => Err(without_meaning(&format!("light.{key}"), "light.sensor", "ideal")),
         None => Ok(()),
@@ -104,7 +113,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     clocks(scenario)?;
     air(&scenario.channel)?;
     fast_clocks(scenario)?;
-    measurement(&scenario.channel)?;
+    measurement(scenario)?;
     fault_check::plan(scenario)
 }
 
@@ -433,19 +442,19 @@ fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
     })
 }
 
-fn measurement(channel: &ChannelSpec) -> Result<(), Problem> {
+fn measurement(scenario: &Scenario) -> Result<(), Problem> {
+    let channel = &scenario.channel;
     let bounded = [
-        ("sigma_range", channel.sigma_range, 1.0),
-        ("sigma_bearing_deg", channel.sigma_bearing_deg, 180.0),
-        ("sigma_orientation_deg", channel.sigma_orientation_deg, 180.0),
-        ("bearing_step_deg", channel.bearing_step_deg, 360.0),
-        ("orientation_step_deg", channel.orientation_step_deg, 360.0),
+        ("channel.sigma_range", channel.sigma_range, 1.0),
+        ("channel.sigma_bearing_deg", channel.sigma_bearing_deg, 180.0),
+        ("channel.sigma_orientation_deg", channel.sigma_orientation_deg, 180.0),
+        ("channel.bearing_step_deg", channel.bearing_step_deg, 360.0),
+        ("channel.orientation_step_deg", channel.orientation_step_deg, 360.0),
+        ("sensors.odometry_error", Some(scenario.sensors.odometry_error), 1.0),
     ];
     for (key, value, most) in bounded {
         let value = value.map_or(0.0, |value| value.get());
-        ensure(value <= most, || {
-            problem(&[&format!("channel.{key}")], format!("channel.{key} = {value} is more than {most}"))
-        })?;
+        ensure(value <= most, || problem(&[key], format!("{key} = {value} is more than {most}")))?;
     }
     let steps = [
         ("bearing_step_deg", channel.bearing_step_deg),

@@ -11,11 +11,12 @@ use super::number::{Finite, NonNegative, Positive, RobotCount, Xy};
 use super::schema::{LawName, PlaneName};
 
 /// Every table at the top of a scenario file.
-pub(super) const TABLES: [&str; 10] = [
+pub(super) const TABLES: [&str; 11] = [
     "arena",
     "robots",
     "field",
     "light",
+    "sensors",
     "controller",
     "channel",
     "convergence",
@@ -104,6 +105,18 @@ pub struct LampSpec {
     pub peak: Finite,
     /// Distance in meters at which half of the peak is left.
     pub half_distance_m: Positive,
+}
+
+/// What else robots sense, beside light, walls and each other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorsSpec {
+    /// Whether robots have odometry, and turn and move what they have heard along with their bodies; default `true` with
+    /// `robots.drive = "differential"`, else `false`.
+    pub odometry: Option<bool>,
+    /// Error of odometry: standard deviation of each tick's displacement and, on its own, of its turn, as a share of it; at
+    /// most 1.
+    pub odometry_error: NonNegative,
 }
 
 /// The controller every robot runs.
@@ -234,6 +247,12 @@ fn duration(seconds: Positive) -> Duration {
 impl Default for FieldSpec {
     fn default() -> Self {
         Self { offset: constant!(Finite, 0.0), gaussian: Vec::new(), lamp: Vec::new() }
+    }
+}
+
+impl Default for SensorsSpec {
+    fn default() -> Self {
+        Self { odometry: None, odometry_error: constant!(NonNegative, 0.0) }
     }
 }
 
