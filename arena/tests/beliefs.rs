@@ -265,24 +265,27 @@ fn a_paused_robot_is_silent_and_still_until_the_first_cycle_after_its_pause() {
 }
 
 #[test]
-fn of_two_with_one_name_the_one_heard_last_is_known() {
+fn of_two_with_one_name_the_one_heard_last_is_known_or_the_one_whose_numbers_are_ahead() {
     let text = "duration_s = 10.0
          step_s = 0.1
          arena.size_m = [4.0, 4.0]
          robots = { positions_m = [[1.0, 1.0], [1.5, 1.0], [1.0, 3.0]], speed_limit_m_per_s = 1e-9 }
          controller = { law = \"uniform\", gain_per_s = 1.0 }
          channel.range_m = 10.0";
-    for (liar, identity) in [(1, 2), (2, 1)] {
-        let fault = format!("fault = [{{ kind = \"liar\", robots = \"{liar}\", identity = {identity} }}]");
-        play(&scenario(&format!("{text}\n{fault}")), 20, |_, _, controllers| {
+    // On the ideal channel packets are heard in the order of who sends them, and robot 2 is 2 m away, robot 1 0.5 m.
+    let paused = ", { kind = \"pause\", robots = \"2\", until_s = 0.5 }";
+    for (liar, identity, pause, away_m) in
+        [(1, 2, "", 2.0), (2, 1, "", 2.0), (1, 2, paused, 0.5), (2, 1, paused, 0.5)]
+    {
+        let lie = format!("{{ kind = \"liar\", robots = \"{liar}\", identity = {identity} }}");
+        play(&scenario(&format!("{text}\nfault = [{lie}{pause}]")), 20, |_, _, controllers| {
             let known: Vec<_> = controllers[0]
                 .neighbors()
                 .iter()
                 .map(|known| (known.delivery.packet.sender.index, known.delivery.range.get()))
                 .collect();
-            // On the ideal channel packets are heard in the order of who sends them, and robot 2 is 2 m away.
             let [(index, range_m)] = known[..] else { panic!("{known:?}") };
-            assert!(index == identity && (range_m - 2.0).abs() < 1e-6, "{known:?}");
+            assert!(index == identity && (range_m - away_m).abs() < 1e-6, "{liar} {pause}: {known:?}");
         });
     }
 }
