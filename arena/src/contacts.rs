@@ -202,7 +202,7 @@ impl Contacts {
             }
             let length_m = |&(_, body): &(usize, usize)| wanted.displacements[body].norm();
             let longest_m = own.iter().map(length_m).fold(0.0, f64::max);
-            let steps = ((longest_m / (STEP * 2.0 * self.radius_m)).ceil() as usize).clamp(1, STEPS_MAX);
+            let steps = steps(longest_m, 2.0 * self.radius_m);
             let scene = Scene {
                 radius_m: self.radius_m,
                 size_m: self.size_m,
@@ -244,6 +244,11 @@ impl Contacts {
             }
         }
     }
+}
+
+/// Into how many steps a tick is cut in which the farthest of bodies of this diameter moves so far.
+fn steps(longest_m: f64, diameter_m: f64) -> usize {
+    ((longest_m / (STEP * diameter_m)).ceil() as usize).clamp(1, STEPS_MAX)
 }
 
 /// The island that a body belongs to, with the way there shortened.

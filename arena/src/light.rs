@@ -165,6 +165,54 @@ mod tests {
         assert!((worst_bearing_deg(3) - 30.0).abs() < 0.1, "{}", worst_bearing_deg(3));
     }
 
+    /// Largest error of the bearing, in degrees, and the least and the largest strength that a ring tells at so many
+    /// meters from a lamp, over all headings; `None` where it sees nothing.
+    fn worst(sets: &[&str], distance_m: f64) -> Option<(f64, [f64; 2])> {
+        let ring =
+            Ring::new(&scenario(&[&["arena.size_m=[40, 4]", "light.adc_step_counts=1"], sets].concat()));
+        let at = ArenaPoint::new(2.0 + distance_m, 2.0);
+        (0..3600).try_fold((0.0_f64, [f64::INFINITY, 0.0]), |(worst_deg, [least, most]), tenth| {
+            let heading = std::f64::consts::PI + (f64::from(tenth) / 10.0).to_radians();
+            let light = ring.read(0, &Pose { position: at, heading }, 0);
+            let Stimulus::Bearing(bearing) = light.stimulus else { return None };
+            let off = protocol::units::wrapped(bearing.get() + heading - std::f64::consts::PI);
+            Some((worst_deg.max(off.abs().to_degrees()), [least.min(light.value), most.max(light.value)]))
+        })
+    }
+
+    #[test]
+    fn a_coarse_or_a_saturated_converter_costs_as_much_of_bearing_and_strength_as_the_guide_says() {
+        const STRONGEST_M: f64 = 0.3 * std::f64::consts::FRAC_1_SQRT_2;
+        let cases = [
+            ("500", STRONGEST_M, 0.06, [499.5, 500.6]),
+            ("500", 1.0, 0.28, [102.2, 103.2]),
+            ("500", 2.0, 1.05, [27.8, 28.7]),
+            ("500", 5.0, 3.8, [4.3, 5.0]),
+            ("500", 10.0, 19.6, [0.9, 1.2]),
+            ("2000", STRONGEST_M, 2.96, [1234.9, 1259.0]),
+            ("5000", STRONGEST_M, 10.68, [1234.9, 1336.6]),
+            ("500000", STRONGEST_M, 22.3, [1234.9, 1336.6]),
+        ];
+        for (peak, distance_m, worst_deg, strengths) in cases {
+            let seen = worst(&[&format!("field.lamp.0.peak={peak}")], distance_m);
+            println!("a lamp with a peak of {peak}, {distance_m} m away: {seen:?}");
+            let (deg, seen) = seen.unwrap();
+            assert!((deg - worst_deg).abs() < 0.01, "{peak}, {distance_m} m: {deg} degrees");
+            assert!(
+                (0..2).all(|end| (seen[end] - strengths[end]).abs() < 0.05),
+                "{peak}, {distance_m} m: {seen:?}"
+            );
+        }
+        // Half a step is darkness: seen in every heading up to here, from there on in none.
+        assert!(worst(&[], 14.6).is_some() && worst(&[], 14.8).is_none());
+        let facing = |distance_m: f64| {
+            Ring::new(&scenario(&["arena.size_m=[40, 4]", "light.adc_step_counts=1"]))
+                .read(0, &Pose { position: ArenaPoint::new(2.0 + distance_m, 2.0), heading: 0.0 }, 0)
+                .stimulus
+        };
+        assert!(facing(15.2) != Stimulus::None && facing(15.3) == Stimulus::None);
+    }
+
     #[test]
     fn the_reading_is_strongest_at_the_height_over_root_two_and_then_it_is_the_peak() {
         let strongest = 0.3 / 2_f64.sqrt();

@@ -166,6 +166,18 @@ mod tests {
     }
 
     #[test]
+    fn eight_cycles_at_most_a_tenth_above_eight_before_are_back_and_seven_or_more_above_are_not() {
+        assert_eq!(fed(KILL, |tick| if tick >= 500 { 1.0999 } else { 1.0 }), [Some(0)]);
+        assert_eq!(fed(KILL, |tick| if tick >= 500 { 1.1001 } else { 1.0 }), [None]);
+        let back_for = |ticks: Tick| {
+            fed(KILL, move |tick| if tick >= 500 && !(600..600 + ticks).contains(&tick) { 99.0 } else { 1.0 })
+        };
+        assert_eq!((back_for(8), back_for(7)), (vec![Some(100)], vec![None]));
+        // The eight before: what was long ago does not count.
+        assert_eq!(fed(KILL, |tick| if tick < 492 { 1.0 } else { 2.0 }), [Some(0)]);
+    }
+
+    #[test]
     fn what_is_felt_only_after_some_cycles_is_not_missed() {
         assert_eq!(fed(KILL, |tick| if (505..600).contains(&tick) { 2.0 } else { 1.0 }), [Some(100)]);
     }

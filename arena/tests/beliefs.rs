@@ -2,11 +2,22 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{Arena, scenario::Scenario};
+use arena::{
+    Arena,
+    channel::{Channel, Moment},
+    fault::{Act, Strike},
+    frame::{ArenaPoint, Pose},
+    hands::Alone,
+    packets::Packets,
+    scenario::Scenario,
+};
 use coverage::controller::Controller;
 use protocol::{
-    command::Command, frame::BodyVector, odometry::Odometry, percept::Tick, robot_id::RobotId, setup::Mode,
-    units::wrapped,
+    command::Command,
+    packet::Packet,
+    percept::{Delivery, Tick},
+    robot_id::RobotId,
+    setup::Mode,
 };
 
 fn scenario(text: &str) -> Scenario {
@@ -19,12 +30,22 @@ fn play(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, &[Option<
     let new = |index| Controller::new(RobotId::first(index), setup);
     let mut controllers: Vec<Controller> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
+    let mut paused = vec![false; controllers.len()];
     let mut arena = Arena::new(scenario).unwrap();
     for _ in 0..=ticks {
-        arena.strikes(&[]);
+        for Strike { robot, act } in arena.strikes(&[]) {
+            assert!(matches!(act, Act::Pause | Act::Resume), "nobody here is killed");
+            paused[robot as usize] = act == Act::Pause;
+            if act == Act::Pause {
+                commands[robot as usize] = None;
+            }
+        }
         if let Some(percepts) = arena.tick(&commands) {
-            let answers =
-                controllers.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
+            let answers = controllers
+                .iter_mut()
+                .zip(percepts)
+                .zip(&paused)
+                .map(|((mind, percept), paused)| (!paused).then(|| mind.step(percept)));
             commands = answers.collect();
         }
         look(&arena, &commands, &controllers);
@@ -100,99 +121,195 @@ fn staleness_is_the_age_since_packets_were_sent() {
     assert!((late - 2.0).abs() < 1e-9, "{late}");
 }
 
-/// Four robots that stand still, and robot 0 among them, which turns and drives in circles at 3 rad/s and hears them by a
-/// timed channel without noise.
-fn in_circles(sets: &str) -> Scenario {
-    scenario(&format!(
-        "duration_s = 20.0
-         step_s = 0.05
-         arena.size_m = [4.0, 4.0]
-         robots = {{ positions_m = [[2.0, 2.0], [1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]], drive = \"differential\" }}
-         controller = {{ law = \"uniform\", gain_per_s = 1.0 }}
-         channel = {{ profile = \"isis\", sigma_range = 0.0, sigma_bearing_deg = 0.0 }}
-         fault = [{{ kind = \"motion\", robots = \"1-4\", stuck = true }}]
-         {sets}"
-    ))
+/// Two robots that move apart, one of them also turning its back: what is measured of robot 1 at robot 0 tells when.
+const MOVING: &str = "duration_s = 20.0
+     step_s = 0.1
+     arena.size_m = [20.0, 20.0]
+     robots = { positions_m = [[5.0, 5.0], [6.0, 5.0]], headings_rad = [0.5, 0.0] }
+     controller = { law = \"uniform\", gain_per_s = 1e-4, neighbor_timeout_cycles = 100 }
+     channel.range_m = 15.0";
+const DRIFTING: &str = "{ kind = \"motion\", robots = \"1\", drift_m_per_s = [0.1, 0.05] }";
+
+/// What robot 0 would measure of robot 1, as poses are.
+fn truly(poses: &[Pose]) -> (f64, f64) {
+    let away = poses[1].position - poses[0].position;
+    (libm::hypot(away.x, away.y), libm::atan2(away.y, away.x) - poses[0].heading)
 }
 
-/// By how much robot 0's bearings of its neighbors are off at the percepts of a run: mean, and the worst, degrees.
-fn bearings_off(scenario: &Scenario) -> (f64, f64) {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> = (0..5).map(|index| Controller::new(RobotId::first(index), setup)).collect();
-    let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
-    let mut arena = Arena::new(scenario).unwrap();
-    let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
-    for _ in 0..=scenario.ticks() {
-        arena.strikes(&[]);
-        let Some(percepts) = arena.tick(&commands) else { continue };
-        let answers = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
-        commands = answers.collect();
-        // It keeps turning to its left, whatever it thinks.
-        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
-        let poses = arena.poses();
-        for known in minds[0].neighbors().iter() {
-            let sender = poses[known.delivery.packet.sender.index as usize].position;
-            let off =
-                wrapped(known.delivery.bearing.get() - poses[0].sees(sender).bearing()).abs().to_degrees();
-            (sum, worst, count) = (sum + off, worst.max(off), count + 1);
+fn measured(delivery: &Delivery) -> (f64, f64) {
+    (delivery.range.get(), delivery.bearing.get())
+}
+
+fn is_near(a: (f64, f64), b: (f64, f64)) -> bool {
+    (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9
+}
+
+#[test]
+fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
+    let late = "{ kind = \"delay\", delay_s = 0.5 }";
+    let jitter = "{ kind = \"delay\", delay_s = 0.2, jitter_s = 0.8 }";
+    let copies = "{ kind = \"duplicate\", probability = 1.0, delay_s = 0.7 }";
+    for (fault, latest) in [(late, 5), (jitter, 10), (copies, 7)] {
+        let scenario = scenario(&format!("{MOVING}\nfault = [{DRIFTING}, {fault}]"));
+        let (mut were, mut seen) = (Vec::new(), Vec::new());
+        let mut arena = Arena::new(&scenario).unwrap();
+        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let mut minds = [0, 1].map(|index| Controller::new(RobotId::first(index), setup));
+        let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
+        for tick in 0..200 {
+            arena.strikes(&[]);
+            let percepts = arena.tick(&commands).unwrap().to_vec();
+            were.push(truly(arena.poses()));
+            for delivery in &percepts[0].deliveries {
+                // On the ideal channel packet n is sent at tick n.
+                let sent = delivery.packet.sequence as usize;
+                assert!(
+                    is_near(measured(delivery), were[sent]),
+                    "{fault}: sent at tick {sent}, heard at {tick}"
+                );
+                seen.push(tick - sent);
+            }
+            commands =
+                minds.iter_mut().zip(&percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
         }
+        assert!(seen.len() > 180 && seen.iter().max() == Some(&latest), "{fault}: {seen:?}");
     }
-    assert!(count > 200, "{count}");
-    (sum / f64::from(count), worst)
+}
+
+/// The tick in which the channel brings each packet of robot 1 to robot 0, by their numbers.
+fn ends(scenario: &Scenario, ticks: Tick) -> Vec<Tick> {
+    let poses = [5.0, 6.0].map(|x| Pose::unturned(ArenaPoint::new(x, 5.0)));
+    let said = [0, 1].map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }));
+    let mut channel = Channel::new(scenario);
+    let (mut packets, mut received, mut ends) = (Packets::default(), Vec::new(), Vec::new());
+    for tick in 0..=ticks {
+        let cycle = scenario.begins_cycle(tick).then(|| scenario.cycle_of(tick));
+        let moment = Moment { tick, cycle, time_s: tick as f64 * 0.1, poses: &poses, said: &said };
+        channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+        ends.extend(received.iter().filter(|heard| heard.sender == 1).map(|_| tick));
+    }
+    ends
 }
 
 #[test]
-fn robots_that_turn_know_where_they_heard_their_neighbors_by_odometry() {
-    let (mean, worst) = bearings_off(&in_circles(""));
-    assert!(worst < 1e-9, "off by {mean} degrees, at most {worst}");
-    let (mean, _) = bearings_off(&in_circles("sensors.odometry = false"));
-    println!("without odometry off by {mean} degrees on average");
-    assert!(mean > 20.0, "without odometry off by {mean} degrees only");
-    let (mean, _) = bearings_off(&in_circles("sensors.odometry_error = 0.1"));
-    println!("with an error of 0.1 off by {mean} degrees on average");
-    assert!((0.1..10.0).contains(&mean), "with an error of 0.1 off by {mean} degrees");
+fn a_packet_that_lasts_is_measured_in_the_tick_in_which_it_ends_however_late_it_comes() {
+    // Packets of 3.5 ticks in cycles of 10.
+    let channel = "channel = { profile = \"isis\", access = \"random\", cycle_s = 1.0, airtime_s = 0.35, range_m = 15.0, \
+                   half_duplex = false, sigma_range = 0.0, sigma_bearing_deg = 0.0 }";
+    let text = MOVING.replace("channel.range_m = 15.0", channel);
+    for (fault, late) in [("", 0), (", { kind = \"delay\", delay_s = 0.4 }", 4)] {
+        let scenario = scenario(&format!("{text}\nfault = [{DRIFTING}{fault}]"));
+        let ends = ends(&scenario, 200);
+        assert!(ends.len() > 15, "{ends:?}");
+        let (mut were, mut heard) = (Vec::new(), Vec::new());
+        play(&scenario, 200, |arena, _, controllers| {
+            were.push(truly(arena.poses()));
+            let known = controllers[0].neighbors().iter().next().map(|known| measured(&known.delivery));
+            if let Some(known) = known.filter(|known| heard.last() != Some(known)) {
+                heard.push(known);
+            }
+        });
+        // Each cycle's percept holds what has come since the last one; of two packets the later one is believed.
+        let due = |cycle: u64| ends.iter().rev().find(|end| *end + late <= 10 * cycle);
+        let mut expected: Vec<_> = (0..=20).filter_map(due).map(|end| were[*end as usize]).collect();
+        expected.dedup();
+        assert_eq!(heard.len(), expected.len());
+        assert!(
+            heard.iter().zip(&expected).all(|(heard, was)| is_near(*heard, *was)),
+            "{heard:?} {expected:?}"
+        );
+    }
 }
 
 #[test]
-fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
-    // The same motion from two places, under two headings; robot 1 is dead in tick 9 and begins a new life in tick 10.
-    let scenario = scenario(
-        "duration_s = 2.0
+fn a_slow_robot_sends_its_last_packet_again_from_where_it_is_by_then() {
+    let scenario = scenario(&format!(
+        "{MOVING}\nfault = [{DRIFTING}, {{ kind = \"slow\", robots = \"1\", from_s = 2.0, delay_s = 0.5 }}]"
+    ));
+    let mut sequences = Vec::new();
+    play(&scenario, 60, |arena, _, controllers| {
+        let known = controllers[0].neighbors().iter().next().unwrap().delivery;
+        assert!(is_near(measured(&known), truly(arena.poses())), "a packet is measured when it is sent");
+        sequences.push(u64::from(known.packet.sequence));
+    });
+    let expected: Vec<u64> = (0..=60)
+        .map(|tick| match tick {
+            0..20 => tick,
+            20..25 => 19,
+            _ => tick - 5,
+        })
+        .collect();
+    assert_eq!(sequences, expected);
+}
+
+#[test]
+fn a_paused_robot_is_silent_and_still_until_the_first_cycle_after_its_pause() {
+    // Cycles of five ticks; the pause ends amid one, and the robot answers at the next.
+    let scenario = scenario(&format!(
+        "{}\nfault = [{{ kind = \"pause\", robots = \"1\", from_s = 1.2, until_s = 2.2 }}]",
+        MOVING
+            .replace("gain_per_s = 1e-4", "gain_per_s = 0.1, cell_cap_m = 1.0")
+            .replace("channel.range_m", "channel.cycle_s = 0.5\nchannel.range_m")
+    ));
+    let (mut places, mut sent) = (Vec::new(), Vec::new());
+    play(&scenario, 40, |arena, _, _| {
+        places.push(arena.poses()[1].position);
+        sent.push(arena.packets().sent);
+    });
+    let moves = |tick: usize| places[tick] != places[tick - 1];
+    let silent: Vec<usize> =
+        (1..=40).filter(|&tick| tick % 5 == 0 && sent[tick] - sent[tick - 1] == 1).collect();
+    assert_eq!(silent, [15, 20, 25]);
+    let still: Vec<usize> = (1..=40).filter(|&tick| !moves(tick)).collect();
+    assert_eq!(still, (12..=25).collect::<Vec<_>>());
+}
+
+#[test]
+fn of_two_with_one_name_the_one_heard_last_is_known_or_the_one_whose_numbers_are_ahead() {
+    let text = "duration_s = 10.0
          step_s = 0.1
-         arena.size_m = [20.0, 20.0]
-         robots = { positions_m = [[5.0, 5.0], [15.0, 12.0]], headings_rad = [0.0, 2.0], drive = \"differential\" }
+         arena.size_m = [4.0, 4.0]
+         robots = { positions_m = [[1.0, 1.0], [1.5, 1.0], [1.0, 3.0]], speed_limit_m_per_s = 1e-9 }
          controller = { law = \"uniform\", gain_per_s = 1.0 }
-         channel.range_m = 1.0
-         fault = [{ kind = \"kill\", robots = \"1\", at_s = 0.9, restart_at_s = 1.0 }]",
-    );
-    let mut arena = Arena::new(&scenario).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut lives = [RobotId::first(0), RobotId::first(1)];
-    let mut readings = Vec::new();
-    for tick in 0..=scenario.ticks() {
-        arena.strikes(&[]);
-        if tick == 10 {
-            lives[1] = lives[1].reborn();
-        }
-        let turning = |id| {
-            let velocity = if tick == 10 { BodyVector::HERE } else { BodyVector::new(0.1, 0.2) };
-            Some(Command { velocity, ..Controller::new(id, setup).boot() })
-        };
-        let mut commands = lives.map(turning);
-        if tick == 9 {
-            commands[1] = None;
-        }
-        let percepts = arena.tick(&commands).unwrap();
-        readings.push([0, 1].map(|robot: usize| percepts[robot].odometry.unwrap()));
+         channel.range_m = 10.0";
+    // On the ideal channel packets are heard in the order of who sends them, and robot 2 is 2 m away, robot 1 0.5 m.
+    let paused = ", { kind = \"pause\", robots = \"2\", until_s = 0.5 }";
+    for (liar, identity, pause, away_m) in
+        [(1, 2, "", 2.0), (2, 1, "", 2.0), (1, 2, paused, 0.5), (2, 1, paused, 0.5)]
+    {
+        let lie = format!("{{ kind = \"liar\", robots = \"{liar}\", identity = {identity} }}");
+        play(&scenario(&format!("{text}\nfault = [{lie}{pause}]")), 20, |_, _, controllers| {
+            let known: Vec<_> = controllers[0]
+                .neighbors()
+                .iter()
+                .map(|known| (known.delivery.packet.sender.index, known.delivery.range.get()))
+                .collect();
+            let [(index, range_m)] = known[..] else { panic!("{known:?}") };
+            assert!(index == identity && (range_m - away_m).abs() < 1e-6, "{liar} {pause}: {known:?}");
+        });
     }
-    let same = |[a, b]: [Odometry; 2]| {
-        (a.position.0 - b.position.0).norm() < 1e-12
-            && wrapped(a.heading.get() - b.heading.get()).abs() < 1e-12
+}
+
+#[test]
+fn of_all_laws_the_quadratic_one_alone_believes_the_readings_of_others() {
+    let ends = |law: &str, fault: &str| {
+        let text = format!(
+            "duration_s = 5.0
+             step_s = 0.1
+             arena.size_m = [4.0, 4.0]
+             arena.boundary_sensing = true
+             robots.count = 12
+             field = {{ offset = 50.0, gaussian = [{{ center_m = [1.0, 1.0], gamma = 500.0, sigma_m = 1.0 }}] }}
+             controller = {{ law = \"{law}\", gain_per_s = 1.0, gradient = \"measured\" }}
+             channel.range_m = 10.0
+             {fault}"
+        );
+        let mut ends = Vec::new();
+        play(&scenario(&text), 50, |arena, _, _| ends = arena.poses().to_vec());
+        ends
     };
-    assert_eq!(readings[0], [Odometry::default(); 2]);
-    assert!(readings[..9].iter().all(|&both| same(both)), "{readings:?}");
-    assert!(readings[8][0].position.length() > 0.01);
-    assert_eq!(readings[10][1], Odometry::default());
-    assert!(readings[10][0].position.length() > 0.01);
-    assert!(same([readings[1][0], readings[11][1]]), "the new life's first step is like the old one's");
+    let liar = "fault = [{ kind = \"liar\", robots = \"3-8\", light_counts = 5000.0 }]";
+    for law in ["linear", "quadratic", "exact", "uniform"] {
+        assert_eq!(ends(law, liar) != ends(law, ""), law == "quadratic", "{law}");
+    }
 }

@@ -479,6 +479,73 @@ fn fixed_phases_slide_past_each_other_where_clocks_drift() {
 }
 
 #[test]
+fn a_restarted_robot_sends_by_its_old_clock_until_the_cycle_after_its_next_packet_begins() {
+    const DRIFT_PPM: f64 = 20_000.0;
+    let settings = [set("access=fixed-phase"), set("airtime_s=0.01"), set("half_duplex=false")];
+    for seed in 1..=50 {
+        let mut scenario = crowd(2, seed, &settings);
+        scenario.processes.clock_drift_ppm = arena::scenario::NonNegative::new(DRIFT_PPM).unwrap();
+        let mut channel = Channel::new(&scenario);
+        let lives = [RobotId::first(0), RobotId::first(0).reborn()];
+        let cycle_s = |life: usize| 1.0 + Oscillator::of(lives[life], seed, DRIFT_PPM).drift();
+        let (mut packets, mut received, mut sent_s) = (Packets::default(), Vec::new(), Vec::new());
+        for tick in 0..30 {
+            // It is restarted before tick 10.
+            let said = [lives[usize::from(tick >= 10)], RobotId::first(1)]
+                .map(|sender| Some(Packet { sender, sequence: 0, light: 0.0 }));
+            let moment =
+                Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &together(2), said: &said };
+            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+            sent_s.extend(received.iter().filter(|heard| heard.sender == 0).map(|heard| heard.sent_s));
+        }
+        let gaps: Vec<f64> = sent_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let is_of = |life: usize| move |gap: &f64| (gap - cycle_s(life)).abs() < 1e-9;
+        let changes = gaps.iter().position(|gap| !is_of(0)(gap)).unwrap();
+        assert!(
+            gaps[..changes].iter().all(is_of(0)) && gaps[changes..].iter().all(is_of(1)),
+            "{seed}: {gaps:?}"
+        );
+        // Two packets still come when the old clock had them: the next one, and that whose cycle follows.
+        assert!(sent_s[changes - 2] < 10.0 && sent_s[changes - 1] >= 10.0, "{seed}: {sent_s:?}");
+    }
+}
+
+#[test]
+fn who_is_in_reach_is_decided_at_the_end_of_the_tick_in_which_a_packet_starts() {
+    // Packets of 3.5 ticks in cycles of 10. Robot 1 is in range at the end of one tick alone.
+    const STEP_S: f64 = 0.1;
+    let settings =
+        [set("access=random"), set("airtime_s=0.35"), set("half_duplex=false"), set("range_m=0.5")];
+    let near_at = |near: Option<u64>| {
+        let mut channel = Channel::new(&crowd(2, 5, &settings));
+        let said =
+            [0, 1].map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }));
+        let (mut packets, mut received, mut heard) = (Packets::default(), Vec::new(), Vec::new());
+        for tick in 0..=100 {
+            let is_near = near.is_none_or(|near| near == tick);
+            let poses =
+                [0.1, if is_near { 0.5 } else { 0.9 }].map(|x| Pose::unturned(ArenaPoint::new(x, 0.5)));
+            let moment =
+                Moment { tick, cycle: None, time_s: tick as f64 * STEP_S, poses: &poses, said: &said };
+            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+            heard.extend(received.iter().filter(|heard| heard.sender == 0).map(|heard| (heard.sent_s, tick)));
+        }
+        heard
+    };
+    let always: Vec<(f64, u64)> =
+        near_at(None).into_iter().filter(|(sent_s, _)| (0.0..9.0).contains(sent_s)).collect();
+    assert!(always.len() >= 5, "{always:?}");
+    for &(sent_s, ends) in &always {
+        let starts = (sent_s / STEP_S) as u64 + 1;
+        assert!(ends > starts, "it starts in one tick and ends in another");
+        let when: Vec<u64> = (starts.saturating_sub(5)..=ends + 5)
+            .filter(|&tick| near_at(Some(tick)).contains(&(sent_s, ends)))
+            .collect();
+        assert_eq!(when, [starts], "sent at {sent_s} s, heard at tick {ends}");
+    }
+}
+
+#[test]
 fn the_first_packet_wins_where_a_receiver_locks_to_it() {
     // Two senders: one of two overlapping packets is the first, so half of the collisions are won.
     let share = |capture: &str| {

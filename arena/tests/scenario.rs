@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use arena::scenario::{BYTES_MAX, Override, SEED_MAX, STEPS_MAX, Scenario, ScenarioError, schema_json};
+use arena::scenario::{
+    Access, BYTES_MAX, Override, Positive, SEED_MAX, STEPS_MAX, Scenario, ScenarioError, schema_json,
+};
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use protocol::setup::{GradientMode, Mode, Plane};
@@ -335,6 +337,20 @@ mod reading {
             expect!["--set sensors.odometry_error=1.5: sensors.odometry_error = 1.5 is more than 1"],
         );
         assert!(parse(SMALLEST, &["robots.drive=differential", "sensors.odometry_error=0.1"]).is_ok());
+    }
+
+    #[test]
+    fn the_infrared_of_the_swarmbots_is_what_the_guide_says() {
+        let isis =
+            parse(SMALLEST, &["channel.profile=isis", "channel.range_m="]).expect("a good scenario").channel;
+        assert_eq!((isis.access, isis.half_duplex), (Some(Access::Random), Some(true)));
+        let seconds = |time: Option<Positive>| time.map(Positive::get);
+        assert_eq!((seconds(isis.airtime_s), seconds(isis.cycle_s)), (Some(0.005), Some(0.25)));
+        let noise = [isis.sigma_range, isis.sigma_bearing_deg, isis.sigma_orientation_deg];
+        assert_eq!(noise.map(|sigma| sigma.unwrap().get()), [0.05, 2.0, 2.0]);
+        assert_eq!(isis.range_m, isis.interference_range_m, "what can be read disturbs, and nothing else");
+        let hidden = parse(SMALLEST, &["channel.profile=isis", "channel.occlusion=true"]).unwrap().channel;
+        assert_eq!(hidden.occluded_interference, Some(false));
     }
 
     #[test]

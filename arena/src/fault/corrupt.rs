@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{random::Draws, scenario::FaultSpec};
 
-/// Bits flipped where the scenario does not say: as many as the checksum always finds.
+/// Bits flipped where the scenario does not say: a number that the checksum always finds, being odd.
 const FLIPS: u32 = 3;
 
 #[derive(Debug)]
