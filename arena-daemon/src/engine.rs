@@ -295,6 +295,7 @@ impl Run<'_> {
             converged_at_s: self.converged_at_s,
             end: self.arena.metrics(&self.answers),
             contacts_unsolved: self.arena.contacts_unsolved(),
+            contacts_coarse: self.arena.contacts_coarse(),
             commands_refused: self.squad.standings().iter().map(|standing| standing.refused).sum(),
             delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
             faults: self.faults(),

@@ -214,6 +214,11 @@ impl Arena {
         self.world.contacts_unsolved()
     }
 
+    /// How often a group of bodies in contact moved in steps longer than they should be, because a tick had too many.
+    pub fn contacts_coarse(&self) -> u64 {
+        self.world.contacts_coarse()
+    }
+
     /// How packets fared in the crowd, where the channel lets them meet.
     pub fn crowding(&self) -> Option<&Crowding> {
         self.channel.crowding()

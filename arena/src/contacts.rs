@@ -11,7 +11,9 @@
 //! conjugate gradients make fast (Silcowitz, Niebe and Erleben, "A nonsmooth nonlinear conjugate gradient method for
 //! interactive contact force problems", 2010), beginning with those of the step before. A tick is cut into steps that are
 //! short against a body. Each takes the directions of its contacts halfway, so that bodies that slide around each other
-//! do so to second order in the step.
+//! do so to second order in the step. It ends early where bodies first touch: whatever they do then, they do from there
+//! on. Across a touch the nearest displacements are not those that bodies make one after the other, and where bodies end
+//! would be known to first order only.
 
 use nalgebra::Vector2;
 
@@ -22,9 +24,15 @@ const TOUCH: f64 = 1e-9;
 /// A solution is found when a sweep moves no body by more than this share of a diameter.
 const CONVERGED: f64 = 1e-10;
 /// Longest step, as a share of a diameter.
-const STEP: f64 = 0.02;
+const STEP: f64 = 0.0025;
 /// Most steps of a tick. Bodies that move farther still do not pass through each other.
-const STEPS_MAX: usize = 64;
+const STEPS_MAX: usize = 256;
+/// Most pieces that touches cut a step into.
+const PIECES_MAX: usize = 12;
+/// Shortest of these but the last, as a share of the step.
+const PIECE_MIN: f64 = 0.01;
+/// Bodies that are apart by less than this share of a diameter touch.
+const NEAR: f64 = 1e-6;
 /// Most sweeps of one solution; bodies that still overlap then stay where they were.
 const SWEEPS_MAX: u32 = 2000;
 
@@ -35,6 +43,8 @@ pub(crate) struct Contacts {
     size_m: [f64; 2],
     /// Bodies that stayed where they were because no solution was found for them, tick by tick.
     unsolved: u64,
+    /// Ticks of islands in which steps were longer than they should be, because there were too many.
+    coarse: u64,
     grid: Grid,
     /// Pairs that may meet in a tick, lower index first.
     pairs: Vec<(usize, usize)>,
@@ -72,6 +82,7 @@ impl Contacts {
             radius_m,
             size_m,
             unsolved: 0,
+            coarse: 0,
             grid: Grid::default(),
             pairs: Vec::new(),
             islands: Vec::new(),
@@ -89,13 +100,21 @@ impl Contacts {
         self.unsolved
     }
 
+    /// How many groups of bodies in contact moved in steps longer than they should be, because a tick had too many
+    /// of them; tick by tick.
+    pub(crate) fn coarse(&self) -> u64 {
+        self.coarse
+    }
+
     /// Moves bodies from `positions`, where they do not overlap, and says which of them were touched.
     pub(crate) fn advance(&mut self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
         self.before.clear();
         self.before.extend_from_slice(positions);
         // Bodies that are squeezed out may be faster than any that push: then who may meet is looked up anew.
         let mut reach_m = wanted.displacements.iter().map(Vector2::norm).fold(0.0, f64::max);
+        let coarse = self.coarse;
         loop {
+            self.coarse = coarse;
             touched.fill(false);
             self.find_pairs(reach_m);
             self.find_islands(wanted);
@@ -202,7 +221,8 @@ impl Contacts {
             }
             let length_m = |&(_, body): &(usize, usize)| wanted.displacements[body].norm();
             let longest_m = own.iter().map(length_m).fold(0.0, f64::max);
-            let steps = steps(longest_m, 2.0 * self.radius_m);
+            let needed = steps(longest_m, 2.0 * self.radius_m);
+            let steps = needed.min(STEPS_MAX);
             let scene = Scene {
                 radius_m: self.radius_m,
                 size_m: self.size_m,
@@ -212,10 +232,12 @@ impl Contacts {
                 share: 1.0 / steps as f64,
                 longest_m: longest_m / steps as f64,
             };
-            solver.remember(memory);
+            solver.remember(own, memory);
+            let mut coarse = needed > steps;
             for _ in 0..steps {
-                solver.step(&scene, positions, touched);
+                coarse |= !solver.step(&scene, positions, touched);
             }
+            self.coarse += u64::from(coarse);
             news.extend_from_slice(&solver.memory);
         }
         news.sort_unstable_by_key(|&(contact, _)| contact);
@@ -246,9 +268,9 @@ impl Contacts {
     }
 }
 
-/// Into how many steps a tick is cut in which the farthest of bodies of this diameter moves so far.
+/// Steps that a tick needs in which the farthest of bodies of this diameter moves so far; at least one.
 fn steps(longest_m: f64, diameter_m: f64) -> usize {
-    ((longest_m / (STEP * diameter_m)).ceil() as usize).clamp(1, STEPS_MAX)
+    ((longest_m / (STEP * diameter_m)).ceil() as usize).max(1)
 }
 
 /// The island that a body belongs to, with the way there shortened.
@@ -272,8 +294,8 @@ fn closest(start: Vector2<f64>, way: Vector2<f64>) -> Vector2<f64> {
     if square == 0.0 { start } else { start + way * (-start.dot(&way) / square).clamp(0.0, 1.0) }
 }
 
-/// An island in one step.
-#[derive(Debug)]
+/// An island in one step, or in a piece of one.
+#[derive(Clone, Copy, Debug)]
 struct Scene<'a> {
     radius_m: f64,
     size_m: [f64; 2],
@@ -289,6 +311,22 @@ struct Scene<'a> {
     longest_m: f64,
 }
 
+impl Scene<'_> {
+    /// A piece of the step.
+    fn piece(&self, share: f64) -> Self {
+        Self { share: self.share * share, longest_m: self.longest_m * share, ..*self }
+    }
+
+    fn diameter_m(&self) -> f64 {
+        2.0 * self.radius_m
+    }
+
+    /// Bodies that are apart by less touch.
+    fn near_m(&self) -> f64 {
+        NEAR * self.diameter_m()
+    }
+}
+
 /// n·(Δb − Δa) ≥ bound, and the λ ≥ 0 by which it parts its bodies.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
@@ -297,6 +335,8 @@ struct Contact {
     b: usize,
     /// From a to b where they touch first, or else where they are nearest.
     first: Vector2<f64>,
+    /// How far apart its bodies are when the step begins.
+    gap_m: f64,
     normal: Vector2<f64>,
     bound_m: f64,
     lambda_m: f64,
@@ -308,6 +348,25 @@ struct Contact {
     part: f64,
 }
 
+impl Contact {
+    fn new(key: Key, (a, b): (usize, usize), first: Vector2<f64>, gap_m: f64, bound_m: f64) -> Self {
+        let normal = direction(first);
+        Self {
+            key,
+            a,
+            b,
+            first,
+            gap_m,
+            normal,
+            bound_m,
+            lambda_m: 0.0,
+            change_m: 0.0,
+            direction_m: 0.0,
+            part: 0.0,
+        }
+    }
+}
+
 /// Finds displacements. Kept from one step to the next are its memory, and multipliers to begin with.
 #[derive(Clone, Debug, Default)]
 struct Solver {
@@ -316,7 +375,9 @@ struct Solver {
     /// 1 for a body that yields, 0 for others and for walls.
     weights: Vec<f64>,
     contacts: Vec<Contact>,
-    /// λ of the contacts of the step before, ordered by their keys.
+    /// Contacts of bodies that are apart when a step begins.
+    apart: Vec<Contact>,
+    /// λ of the contacts of the piece before, for a whole tick, ordered by their keys.
     memory: Vec<(Key, f64)>,
 }
 
@@ -330,20 +391,50 @@ impl Solver {
         self.weights.push(0.0);
     }
 
-    /// Begins an island with what is known of contacts.
-    fn remember(&mut self, known: &[(Key, f64)]) {
+    /// Begins an island with what is known of its contacts.
+    fn remember(&mut self, members: &[(usize, usize)], known: &[(Key, f64)]) {
         self.memory.clear();
-        self.memory.extend_from_slice(known);
+        // Contacts of two bodies are ordered by the first, and those with walls have their body first as well.
+        for &(_, body) in members {
+            let first = known.partition_point(|&((a, _), _)| a < body);
+            self.memory.extend(known[first..].iter().take_while(|&&((a, _), _)| a == body));
+        }
     }
 
-    /// Moves the bodies of an island for one step, and notes who is touched.
-    fn step(&mut self, scene: &Scene<'_>, positions: &mut [ArenaPoint], touched: &mut [bool]) {
+    /// Moves the bodies of an island for one step and notes who is touched. Where bodies first touch within the step,
+    /// it is cut. Returns whether it was cut as often as it should be.
+    fn step(&mut self, scene: &Scene<'_>, positions: &mut [ArenaPoint], touched: &mut [bool]) -> bool {
+        let mut left = 1.0;
+        for _ in 1..PIECES_MAX {
+            let rest = scene.piece(left);
+            self.find_displacements(&rest, positions);
+            let near_m = rest.near_m();
+            if !self.contacts.iter().any(|contact| contact.lambda_m > 0.0 && contact.gap_m > near_m) {
+                self.settle(&rest, positions, touched);
+                return true;
+            }
+            let share = self.share_until_touch(&rest, positions).max(PIECE_MIN / left);
+            let last = share > 1.0 - PIECE_MIN;
+            let piece = if last { rest } else { rest.piece(share) };
+            self.find_displacements(&piece, positions);
+            self.settle(&piece, positions, touched);
+            if last {
+                return true;
+            }
+            left *= 1.0 - share;
+        }
+        let rest = scene.piece(left);
+        self.find_displacements(&rest, positions);
+        self.settle(&rest, positions, touched);
+        false
+    }
+
+    /// Finds displacements with the directions of contacts halfway.
+    fn find_displacements(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) {
         let mut reach_m = 2.0 * scene.longest_m;
         loop {
             self.find_contacts(scene, positions, reach_m);
-            self.solve_from_wanted(scene);
-            self.turn_halfway(scene, positions);
-            self.solve_from_wanted(scene);
+            self.solve_halfway(scene, positions);
             let delta_m = |&(_, body): &(usize, usize)| self.deltas[body].norm();
             let farthest_m = scene.members.iter().map(delta_m).fold(0.0, f64::max);
             if farthest_m <= reach_m * (1.0 + TOUCH) {
@@ -351,10 +442,42 @@ impl Solver {
             }
             reach_m = 2.0 * farthest_m;
         }
+    }
+
+    fn solve_halfway(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) {
+        self.solve_from_wanted(scene);
+        self.turn_halfway(scene, positions);
+        self.solve_from_wanted(scene);
+    }
+
+    /// The share of the step after which bodies first touch that do not when it begins, if they go on as they do then:
+    /// as if they did not know of each other.
+    fn share_until_touch(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) -> f64 {
+        let (near_m, diameter_m, wall) = (scene.near_m(), scene.diameter_m(), positions.len());
+        self.apart.clear();
+        self.apart.extend(self.contacts.iter().filter(|contact| contact.gap_m > near_m).copied());
+        self.contacts.retain(|contact| contact.gap_m <= near_m);
+        self.solve_halfway(scene, positions);
+        let share = |contact: &Contact| {
+            let way = self.deltas[contact.b] - self.deltas[contact.a];
+            if contact.a == wall {
+                let nearer_m = -contact.normal.dot(&way);
+                return if nearer_m > 0.0 { contact.gap_m / nearer_m } else { 1.0 };
+            }
+            let apart = positions[contact.b] - positions[contact.a];
+            let touch = first_touch(apart, way, diameter_m);
+            let touches = touch.norm() <= diameter_m * (1.0 + TOUCH);
+            if touches { (touch - apart).norm() / way.norm() } else { 1.0 }
+        };
+        self.apart.iter().map(share).fold(1.0, f64::min)
+    }
+
+    /// Moves the bodies of an island by the displacements that were found, and notes who is touched.
+    fn settle(&mut self, scene: &Scene<'_>, positions: &mut [ArenaPoint], touched: &mut [bool]) {
         let wall = positions.len();
         self.memory.clear();
         for contact in self.contacts.iter().filter(|contact| contact.lambda_m > 0.0) {
-            self.memory.push((contact.key, contact.lambda_m));
+            self.memory.push((contact.key, contact.lambda_m / scene.share));
             for body in [contact.a, contact.b].into_iter().filter(|&body| body != wall) {
                 touched[body] = true;
             }
@@ -370,16 +493,17 @@ impl Solver {
     /// Lists the contacts there may be if no body moves farther than `reach_m`, each in the direction in which its
     /// bodies would touch first.
     fn find_contacts(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint], reach_m: f64) {
-        let (diameter_m, wall) = (2.0 * scene.radius_m, positions.len());
-        let near_m = diameter_m + 2.0 * reach_m;
+        let (diameter_m, wall) = (scene.diameter_m(), positions.len());
+        let within_m = diameter_m + 2.0 * reach_m;
         self.contacts.clear();
         for &(_, (a, b)) in scene.pairs {
             let apart = positions[b] - positions[a];
-            if apart.norm_squared() < near_m * near_m {
+            if apart.norm_squared() < within_m * within_m {
                 let way = (scene.displacements[b] - scene.displacements[a]) * scene.share;
                 let first = first_touch(apart, way, diameter_m);
-                let normal = direction(first);
-                self.push((a, b), (a, b), first, diameter_m - normal.dot(&apart));
+                let bound_m = diameter_m - direction(first).dot(&apart);
+                let contact = Contact::new((a, b), (a, b), first, apart.norm() - diameter_m, bound_m);
+                self.push(contact, scene);
             }
         }
         let [width, height] = scene.size_m;
@@ -393,23 +517,22 @@ impl Solver {
             ];
             for (side, (normal, room_m)) in rooms.into_iter().enumerate() {
                 if room_m < reach_m {
-                    self.push((body, wall + side), (wall, body), normal, -room_m);
+                    let contact = Contact::new((body, wall + side), (wall, body), normal, room_m, -room_m);
+                    self.push(contact, scene);
                 }
             }
         }
     }
 
-    fn push(&mut self, key: Key, (a, b): (usize, usize), first: Vector2<f64>, bound_m: f64) {
-        let yielding = self.weights[a] + self.weights[b];
+    /// Takes up a contact, if one of its bodies yields, with the multiplier that is known of it.
+    fn push(&mut self, contact: Contact, scene: &Scene<'_>) {
+        let yielding = self.weights[contact.a] + self.weights[contact.b];
         if yielding == 0.0 {
             return;
         }
-        let known = self.memory.binary_search_by_key(&key, |&(key, _)| key);
-        let lambda_m = known.map_or(0.0, |at| self.memory[at].1);
-        let (normal, part) = (direction(first), 1.0 / yielding);
-        let contact =
-            Contact { key, a, b, first, normal, bound_m, lambda_m, change_m: 0.0, direction_m: 0.0, part };
-        self.contacts.push(contact);
+        let known = self.memory.binary_search_by_key(&contact.key, |&(key, _)| key);
+        let lambda_m = known.map_or(0.0, |at| self.memory[at].1 * scene.share);
+        self.contacts.push(Contact { lambda_m, part: 1.0 / yielding, ..contact });
     }
 
     /// Turns contacts of bodies to halfway between first touch and end. As |r₁|² − |r₀|² = (r₀ + r₁)·(r₁ − r₀), a

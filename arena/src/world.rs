@@ -100,6 +100,11 @@ impl World {
         self.contacts.unsolved()
     }
 
+    /// How often a group of bodies in contact moved in steps longer than they should be, because a tick had too many.
+    pub fn contacts_coarse(&self) -> u64 {
+        self.contacts.coarse()
+    }
+
     /// Moves every body for `step_s`. `drive` says with which velocity, given the one of its course
     /// (both in its body frame); where it says `None` the body stands still, and does not yield to others.
     /// A body without command is not asked for.

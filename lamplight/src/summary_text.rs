@@ -65,6 +65,7 @@ fn write_lines(text: &mut String, summary: &Value) -> fmt::Result {
         }
     }
     writeln!(text)?;
+    write_contacts(text, summary)?;
     write_delivered(text, &summary["delivered"])?;
     write_ledger(text, &summary["faults"])?;
     if let tick @ Value::Object(_) = &summary["tick_us"] {
@@ -84,6 +85,25 @@ fn write_open_cells(text: &mut String, robots: &Value) -> fmt::Result {
              arena.boundary_sensing = true closes them"
         ),
     }
+}
+
+/// Bounds that the solver of contacts met; nothing if it met none.
+fn write_contacts(text: &mut String, summary: &Value) -> fmt::Result {
+    let met = |key: &str| summary[key].as_u64().filter(|&times| times > 0);
+    if let Some(bodies) = met("contacts_unsolved") {
+        writeln!(
+            text,
+            "contacts: {bodies} times a body stayed where it was, because no solution was found for it"
+        )?;
+    }
+    if let Some(groups) = met("contacts_coarse") {
+        writeln!(
+            text,
+            "contacts: {groups} times bodies that met moved in steps longer than they should be, so where they end is \
+             less certain; a smaller step_s helps"
+        )?;
+    }
+    Ok(())
 }
 
 /// What the agents took; nothing if nobody measured.
@@ -187,6 +207,19 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+
+    #[test]
+    fn bounds_of_contacts_are_told_where_they_are_met() {
+        let told = |unsolved: u64, coarse: u64| {
+            let mut text = String::new();
+            write_contacts(&mut text, &json!({ "contacts_unsolved": unsolved, "contacts_coarse": coarse }))
+                .unwrap();
+            text
+        };
+        assert_eq!(told(0, 0), "");
+        assert!(told(3, 0).starts_with("contacts: 3 times a body stayed where it was"));
+        assert!(told(0, 7).starts_with("contacts: 7 times bodies that met moved in steps longer"));
+    }
 
     #[test]
     fn what_processes_used_is_told_as_far_as_it_can_be_read() {
