@@ -91,7 +91,10 @@ fn write_open_cells(text: &mut String, robots: &Value) -> fmt::Result {
 fn write_contacts(text: &mut String, summary: &Value) -> fmt::Result {
     let met = |key: &str| summary[key].as_u64().filter(|&times| times > 0);
     if let Some(bodies) = met("contacts_unsolved") {
-        writeln!(text, "contacts: {bodies} times a body stayed where it was, because no solution was found for it")?;
+        writeln!(
+            text,
+            "contacts: {bodies} times a body stayed where it was, because no solution was found for it"
+        )?;
     }
     if let Some(groups) = met("contacts_coarse") {
         writeln!(
@@ -209,7 +212,8 @@ mod tests {
     fn bounds_of_contacts_are_told_where_they_are_met() {
         let told = |unsolved: u64, coarse: u64| {
             let mut text = String::new();
-            write_contacts(&mut text, &json!({ "contacts_unsolved": unsolved, "contacts_coarse": coarse })).unwrap();
+            write_contacts(&mut text, &json!({ "contacts_unsolved": unsolved, "contacts_coarse": coarse }))
+                .unwrap();
             text
         };
         assert_eq!(told(0, 0), "");

@@ -50,11 +50,15 @@ impl Discs {
             contacts.advance(&mut self.positions, wanted, &mut touched);
             assert!(self.overlap_m() <= 2.0 * self.radius_m * TOUCH, "tick {tick}: {:e}", self.overlap_m());
             for body in (0..before.len()).filter(|&body| self.yields[body]) {
-                let (moved_m, wanted_m) = ((self.positions[body] - before[body]).norm(), displacements[body].norm());
+                let (moved_m, wanted_m) =
+                    ((self.positions[body] - before[body]).norm(), displacements[body].norm());
                 if wanted_m > 0.0 && moved_m < 1e-3 * wanted_m {
                     still += 1;
                     let free_m = self.free_way(&before, body, displacements[body]).norm();
-                    assert!(free_m < 1e-2 * wanted_m, "tick {tick}: body {body} stands still, but has a way to go");
+                    assert!(
+                        free_m < 1e-2 * wanted_m,
+                        "tick {tick}: body {body} stands still, but has a way to go"
+                    );
                 }
             }
         }
