@@ -23,6 +23,8 @@ use crate::{frame::ArenaPoint, grid::Grid};
 const TOUCH: f64 = 1e-9;
 /// A solution is found when a sweep moves no body by more than this share of a diameter.
 const CONVERGED: f64 = 1e-10;
+/// The same where only the directions of contacts are looked for.
+const ROUGH: f64 = 1e-6;
 /// Longest step, as a share of a diameter.
 const STEP: f64 = 0.0025;
 /// Most steps of a tick. Bodies that move farther still do not pass through each other.
@@ -345,7 +347,7 @@ struct Contact {
     /// Conjugate direction.
     direction_m: f64,
     /// 1/(how many of its bodies yield).
-    part: f64,
+    share: f64,
 }
 
 impl Contact {
@@ -362,8 +364,15 @@ impl Contact {
             lambda_m: 0.0,
             change_m: 0.0,
             direction_m: 0.0,
-            part: 0.0,
+            share: 0.0,
         }
+    }
+
+    /// Parts its bodies by `way_m`.
+    #[inline]
+    fn part(&self, way_m: f64, deltas: &mut [Vector2<f64>], weights: &[f64]) {
+        deltas[self.a] -= self.normal * (weights[self.a] * way_m);
+        deltas[self.b] += self.normal * (weights[self.b] * way_m);
     }
 }
 
@@ -445,9 +454,9 @@ impl Solver {
     }
 
     fn solve_halfway(&mut self, scene: &Scene<'_>, positions: &[ArenaPoint]) {
-        self.solve_from_wanted(scene);
+        self.solve_from_wanted(scene, ROUGH);
         self.turn_halfway(scene, positions);
-        self.solve_from_wanted(scene);
+        self.solve_from_wanted(scene, CONVERGED);
     }
 
     /// The share of the step after which bodies first touch that do not when it begins, if they go on as they do then:
@@ -484,7 +493,7 @@ impl Solver {
         }
         self.memory.sort_unstable_by_key(|&(key, _)| key);
         self.turn_to_end(scene, positions);
-        self.solve(scene);
+        self.solve(scene, CONVERGED);
         for &(_, body) in scene.members {
             positions[body] = inside(positions[body] + self.deltas[body], scene.size_m, scene.radius_m);
         }
@@ -532,7 +541,7 @@ impl Solver {
         }
         let known = self.memory.binary_search_by_key(&contact.key, |&(key, _)| key);
         let lambda_m = known.map_or(0.0, |at| self.memory[at].1 * scene.share);
-        self.contacts.push(Contact { lambda_m, part: 1.0 / yielding, ..contact });
+        self.contacts.push(Contact { lambda_m, share: 1.0 / yielding, ..contact });
     }
 
     /// Turns contacts of bodies to halfway between first touch and end. As |r₁|² − |r₀|² = (r₀ + r₁)·(r₁ − r₀), a
@@ -568,19 +577,19 @@ impl Solver {
     }
 
     /// Finds displacements from the wanted ones and the multipliers there are.
-    fn solve_from_wanted(&mut self, scene: &Scene<'_>) {
+    fn solve_from_wanted(&mut self, scene: &Scene<'_>, converged: f64) {
         for &(_, body) in scene.members {
             self.deltas[body] = scene.displacements[body] * scene.share;
         }
-        for at in 0..self.contacts.len() {
-            self.part(at, self.contacts[at].lambda_m);
+        for contact in &self.contacts {
+            contact.part(contact.lambda_m, &mut self.deltas, &self.weights);
         }
-        self.solve(scene);
+        self.solve(scene, converged);
     }
 
     /// Changes displacements until all contacts are kept, or nobody can say how.
-    fn solve(&mut self, scene: &Scene<'_>) {
-        let converged_m = 2.0 * scene.radius_m * CONVERGED;
+    fn solve(&mut self, scene: &Scene<'_>, converged: f64) {
+        let converged_m = scene.diameter_m() * converged;
         let mut square_before = 0.0;
         self.contacts.iter_mut().for_each(|contact| contact.direction_m = 0.0);
         for _ in 0..SWEEPS_MAX {
@@ -590,13 +599,13 @@ impl Solver {
             }
             let beta = if square <= square_before { square / square_before } else { 0.0 };
             square_before = square;
-            for at in 0..self.contacts.len() {
-                let contact = &mut self.contacts[at];
+            let Self { deltas, weights, contacts, .. } = self;
+            for contact in contacts {
                 let along_m = beta * contact.direction_m;
                 contact.direction_m = along_m + contact.change_m;
                 if along_m != 0.0 {
                     contact.lambda_m += along_m;
-                    self.part(at, along_m);
+                    contact.part(along_m, deltas, weights);
                 }
             }
         }
@@ -607,26 +616,18 @@ impl Solver {
         let (mut largest_m, mut square) = (0.0_f64, 0.0);
         let Self { deltas, weights, contacts, .. } = self;
         for contact in contacts {
-            let Contact { a, b, normal, bound_m, lambda_m, part, .. } = *contact;
+            let Contact { a, b, normal, bound_m, lambda_m, share, .. } = *contact;
             let missing_m = bound_m - normal.dot(&(deltas[b] - deltas[a]));
-            let change_m = (missing_m * part).max(-lambda_m);
+            let change_m = (missing_m * share).max(-lambda_m);
             contact.change_m = change_m;
             if change_m != 0.0 {
                 contact.lambda_m += change_m;
-                deltas[a] -= normal * (weights[a] * change_m);
-                deltas[b] += normal * (weights[b] * change_m);
+                contact.part(change_m, deltas, weights);
                 largest_m = largest_m.max(change_m.abs());
                 square += change_m * change_m;
             }
         }
         (largest_m, square)
-    }
-
-    /// Parts the bodies of a contact by `way_m`.
-    fn part(&mut self, at: usize, way_m: f64) {
-        let Contact { a, b, normal, .. } = self.contacts[at];
-        self.deltas[a] -= normal * (self.weights[a] * way_m);
-        self.deltas[b] += normal * (self.weights[b] * way_m);
     }
 }
 
