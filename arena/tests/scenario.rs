@@ -1076,6 +1076,18 @@ mod agreement {
     }
 
     #[test]
+    fn a_cap_of_cells_reaches_no_farther_than_an_arena() {
+        check_edit(
+            "gain_per_s = 1",
+            "gain_per_s = 1\ncell_cap_m = 1.1e5",
+            expect![[r#"
+            x.toml:12: controller.cell_cap_m = 1.1e5 is beyond 1e5, the side of the largest arena
+            hint: without the key cells are not capped"#]],
+        );
+        assert!(parse(&SMALLEST.replace("gain_per_s = 1", "gain_per_s = 1\ncell_cap_m = 1e5"), &[]).is_ok());
+    }
+
+    #[test]
     fn a_field_has_room_for_fifteen_peaks() {
         let lamp = "\n[[field.lamp]]\nposition_m = [1, 0]\npeak = 1\nhalf_distance_m = 1\n";
         let with = |lamps: usize| format!("{SMALLEST}{}", lamp.repeat(lamps));

@@ -20,7 +20,7 @@ use crate::{
 
 const LEGEND: &str = "\
 Medians of the pairs. Ratios are ours / theirs within a pair: median, in parentheses the least and the greatest; less \
-than 1 is less than theirs.";
+than 1 is less than theirs. A control cycle is timed, as the agents do it; `scripts/bench` alone counts its instructions.";
 
 /// Robots of `thousand.toml`, and the side of their square, meters.
 const THOUSAND: (u32, f64) = (1000, 10.905);

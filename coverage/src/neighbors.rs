@@ -56,8 +56,8 @@ pub struct Refused {
 pub struct NeighborTable<E = ()> {
     own: RobotId,
     timeout_ticks: u32,
-    /// The tick of the last record.
-    tick: Tick,
+    /// Who was heard before this tick is no neighbor any more.
+    live_from: Tick,
     /// The owner's odometry that the entries' ranges and bearings go by, if it has any.
     odometry: Option<Odometry>,
     /// Neighbors, and among them silent senders, of whom only the packet's sender and number still count.
@@ -80,7 +80,7 @@ impl<E: Copy> NeighborTable<E> {
         Self {
             own,
             timeout_ticks,
-            tick: 0,
+            live_from: 0,
             odometry: None,
             entries: ArrayVec::new(),
             refused: Refused::default(),
@@ -93,9 +93,9 @@ impl<E: Copy> NeighborTable<E> {
         let Some(now) = odometry else { return };
         let Some(before) = self.odometry.replace(now) else { return };
         let motion = now.since(&before);
-        let (tick, timeout) = (self.tick, self.timeout_ticks);
+        let live_from = self.live_from;
         for neighbor in &mut self.entries {
-            if tick.saturating_sub(neighbor.heard) < timeout.into() {
+            if neighbor.heard >= live_from {
                 motion.carry_along(&mut neighbor.delivery);
             }
         }
@@ -103,23 +103,34 @@ impl<E: Copy> NeighborTable<E> {
 
     /// Takes in what was heard at `tick`, with what is known beside.
     pub fn record_with(&mut self, tick: Tick, heard: impl IntoIterator<Item = (Delivery, E)>) {
-        self.tick = tick;
-        let (timeout, memory) = (self.timeout_ticks, self.timeout_ticks.max(MEMORY_TICKS));
+        let first_of = |ticks: u32| tick.saturating_add(1).saturating_sub(ticks.into());
+        let (live_from, known_from) =
+            (first_of(self.timeout_ticks), first_of(self.timeout_ticks.max(MEMORY_TICKS)));
+        self.live_from = live_from;
         let mut live = 0;
         let mut is_any_to_forget = false;
         for entry in &self.entries {
-            let age = tick.saturating_sub(entry.heard);
-            live += usize::from(age < timeout.into());
-            is_any_to_forget |= age >= memory.into();
+            live += usize::from(entry.heard >= live_from);
+            is_any_to_forget |= entry.heard < known_from;
         }
         if is_any_to_forget {
-            self.entries.retain(|entry| tick.saturating_sub(entry.heard) < memory.into());
+            self.entries.retain(|entry| entry.heard >= known_from);
         }
-        // Deliveries come sorted by sender, as entries are.
+        // Deliveries come sorted by sender, as entries are, and mostly of the same senders.
         let mut at = 0;
         for (delivery, extra) in heard {
-            at = self.place(at, delivery.packet.sender.index);
-            self.hear(&mut live, &mut at, Neighbor { heard: tick, delivery, extra });
+            let news = Neighbor { heard: tick, delivery, extra };
+            match self.entries.get_mut(at) {
+                Some(known) if live < NEIGHBORS_MAX && is_next(&news, known) => {
+                    live += usize::from(known.heard < live_from);
+                    *known = news;
+                }
+                _ => {
+                    at = self.place(at.min(self.entries.len()), news.id().index);
+                    self.hear(&mut live, &mut at, news);
+                }
+            }
+            at += 1;
         }
     }
 
@@ -129,7 +140,7 @@ impl<E: Copy> NeighborTable<E> {
     }
 
     fn is_live(&self, entry: &Neighbor<E>) -> bool {
-        self.tick.saturating_sub(entry.heard) < self.timeout_ticks.into()
+        entry.heard >= self.live_from
     }
 
     /// Where the first entry is whose sender is `index` or comes after it; looked for from `at` on, unless it lies
@@ -201,6 +212,12 @@ impl<E: Copy> NeighborTable<E> {
         self.entries.remove(gone);
         *at -= usize::from(gone < *at);
     }
+}
+
+/// From the same life of the same sender, and no earlier.
+fn is_next<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
+    let packets_ahead = news.delivery.packet.sequence.wrapping_sub(known.delivery.packet.sequence) as i32;
+    news.id() == known.id() && packets_ahead >= 0
 }
 
 /// A later life beats an earlier one; within a life a packet never beats a later one. Both

@@ -12,7 +12,7 @@ use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::fault_check;
 use super::light::LightSensor;
-use super::number::{NonNegative, RobotCount};
+use super::number::{NonNegative, Positive, RobotCount};
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
 use super::tables::{ControllerSpec, Drive, FieldSpec, GradientSource, RobotsSpec};
@@ -26,6 +26,10 @@ const CONTACT_SLACK_M: f64 = 1e-9;
 /// Sides of an arena, in meters: from a Petri dish to a county.
 const SIDE_MIN_M: f64 = 1e-3;
 const SIDE_MAX_M: f64 = 1e5;
+
+/// Largest cap of cells, in meters: as far as an arena is wide. So no cell needs more halvings of its triangles than
+/// `coverage::quadrature::HALVINGS_MAX`.
+const CELL_CAP_MAX_M: f64 = SIDE_MAX_M;
 
 /// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
 const WIDTH_MIN_M: f64 = 1e-6;
@@ -106,6 +110,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     field(&scenario.field)?;
     gain(scenario)?;
     gradient(&scenario.controller)?;
+    cell_cap(&scenario.controller)?;
     bounded_cells(scenario)?;
     light(scenario)?;
     reach(&scenario.channel)?;
@@ -235,6 +240,16 @@ fn field(field: &FieldSpec) -> Result<(), Problem> {
         })?;
     }
     Ok(())
+}
+
+fn cell_cap(controller: &ControllerSpec) -> Result<(), Problem> {
+    let cap_m = controller.cell_cap_m.map_or(0.0, Positive::get);
+    ensure(cap_m <= CELL_CAP_MAX_M, || {
+        let message = format!(
+            "controller.cell_cap_m = {cap_m:e} is beyond {CELL_CAP_MAX_M:e}, the side of the largest arena"
+        );
+        problem(&["controller.cell_cap_m"], message).hint("without the key cells are not capped")
+    })
 }
 
 /// The `exact` law integrates over the whole cell, so the cell must end somewhere near.
