@@ -6,10 +6,10 @@ use arena::{
     Arena,
     metrics::EstimatedErrors,
     recovery::{Recovered, Recovery},
-    scenario::Scenario,
 };
 use hdrhistogram::Histogram;
 use protocol::{command::Command, setup::Mode};
+use scenario::Scenario;
 
 use crate::{
     cores::Cores,
@@ -91,7 +91,7 @@ pub fn run(
         Err(error) => Err(Interruption::Squad(error)),
     };
     let wall = started.elapsed();
-    logbook::at_no_tick();
+    logging::at_no_tick();
     run.teller.end(&run.status(), run.arena.packets(), run.squad);
     let profile = run.squad.profile();
     run.squad.dismiss();
@@ -210,7 +210,7 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
-        logbook::at_tick(self.arena.next_tick());
+        logging::at_tick(self.arena.next_tick());
         let strikes = self.arena.strikes(&self.squad.left_out());
         self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
         if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {

@@ -1,4 +1,4 @@
-//! The line to the supervisor, if there is one: events out, orders in (see [`protocol::control`]).
+//! The line to the supervisor, if there is one: events out, orders in (see [`transport::control`]).
 
 use std::{
     io::{self, BufRead, Write},
@@ -6,10 +6,8 @@ use std::{
     thread,
 };
 
-use protocol::{
-    control::{Event, Order},
-    robot_id::RobotId,
-};
+use protocol::robot_id::RobotId;
+use transport::control::{Event, Order};
 
 use signal_hook::consts::SIGTERM;
 

@@ -5,10 +5,7 @@
 use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
-use arena::{
-    Arena,
-    scenario::{RobotSet, Scenario},
-};
+use arena::Arena;
 use arena_daemon::{
     engine::{self, Plan},
     link::{self, Link, Trials},
@@ -24,10 +21,11 @@ use arena_daemon::{
     trial,
 };
 use clap::Parser;
-use protocol::{
+use protocol::setup::Mode;
+use scenario::{RobotSet, Scenario};
+use transport::{
     control::Event,
     run_dir::{RunDir, RunName},
-    setup::Mode,
 };
 
 /// Play the world of a run: motion, infrared and lamps for robot-agents that join it
@@ -66,7 +64,7 @@ fn main() -> ExitCode {
     let survives = files::survive_size_limit();
     let (quiet, format) = (cli.run.quiet, cli.run.log_format());
     progress::init_log(quiet, format, progress::beside_live_line, !cli.supervised);
-    logbook::in_run(&cli.name);
+    logging::in_run(&cli.name);
     let outcome = survives.context("cannot handle signals").and_then(|()| run(&cli));
     let failure = match &outcome {
         Ok(Over::Run(summary)) => summary.trouble(),
@@ -83,7 +81,7 @@ fn main() -> ExitCode {
         // A supervisor says it in its own words.
         Some(_) if cli.supervised => ExitCode::FAILURE,
         Some(failure) => {
-            logbook::fatal(env!("CARGO_CRATE_NAME"), &failure);
+            logging::fatal(env!("CARGO_CRATE_NAME"), &failure);
             ExitCode::FAILURE
         }
         None => ExitCode::SUCCESS,

@@ -5,13 +5,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use arena::scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use logbook::Format;
+use logging::Format;
 use protocol::setup::Mode;
+use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 
 use crate::{
     live::http::MetricsAddr,

@@ -15,9 +15,10 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use arena::{Arena, metrics::Metrics, scenario::Scenario};
+use arena::{Arena, metrics::Metrics};
 use files::{Lines, Reserve, WriteError};
 use protocol::command::Command;
+use scenario::Scenario;
 use serde::Serialize;
 
 use self::robot_row::RobotRow;

@@ -1,7 +1,7 @@
 //! What agents take: each stage of their cycles, their packets' way through the transport, and what the
 //! operating system counts of their processes.
 //!
-//! In:  stamps in the agents' commands ([`protocol::raw::RawTimes`]), the arena's own, and `/proc`.
+//! In:  stamps in the agents' commands ([`transport::raw::RawTimes`]), the arena's own, and `/proc`.
 //! Out: a [`Profile`], with histograms per robot; as columns, an object of the summary, and an interval log.
 //!
 //! Nothing of it reaches arena or agents: a run goes the same way whether it is measured or not.
@@ -26,8 +26,9 @@ use std::{
 };
 
 use files::WriteError;
-use protocol::{cycles::Source, setup::Mode};
+use protocol::setup::Mode;
 use serde::Serialize;
+use transport::cycles::Source;
 
 pub use columns::Columns;
 pub use counters::Counted;

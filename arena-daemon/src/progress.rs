@@ -8,9 +8,9 @@ use std::{
 
 use arena::metrics::EstimatedErrors;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use logbook::{Format, Settings, Sink};
-use protocol::control::Event;
+use logging::{Format, Settings, Sink};
 use tracing::level_filters::LevelFilter;
+use transport::control::Event;
 
 use crate::link;
 
@@ -167,7 +167,7 @@ fn live_line(total: Option<u64>) -> ProgressBar {
 
 /// Begins to log, to `sink`. `RUST_LOG` overrides the default level.
 pub fn init_log(quiet: bool, format: Format, sink: Sink, complains: bool) {
-    logbook::begin(Settings {
+    logging::begin(Settings {
         format,
         level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO },
         robot: None,

@@ -110,8 +110,8 @@ pub struct Incident {
 #[error("{0}")]
 pub struct SquadError(pub String);
 
-impl From<protocol::services::ServiceError> for SquadError {
-    fn from(error: protocol::services::ServiceError) -> Self {
+impl From<transport::services::ServiceError> for SquadError {
+    fn from(error: transport::services::ServiceError) -> Self {
         Self(error.to_string())
     }
 }

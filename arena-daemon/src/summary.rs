@@ -5,10 +5,10 @@ use arena::{
     fault::ledger::Line,
     metrics::Metrics,
     recovery::Recovered,
-    scenario::Scenario,
 };
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use crate::{pace::Lag, profile::Totals, squad::Incident};

@@ -18,9 +18,10 @@ mod squad;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
-use arena::{Arena, scenario::Scenario};
+use arena::Arena;
 use files::WriteError;
 use protocol::setup::Mode;
+use scenario::Scenario;
 use serde_json::{Map, json};
 
 pub use options::{TraceError, TraceOptions};

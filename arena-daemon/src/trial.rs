@@ -7,9 +7,9 @@ use anyhow::Context;
 use arena::{
     Arena,
     metrics::{EstimatedErrors, Metrics},
-    scenario::Scenario,
 };
 use protocol::{command::Command, setup::Mode};
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use crate::{

@@ -9,10 +9,11 @@
 
 use std::{hint::black_box, path::Path};
 
-use arena::{Arena, scenario::Scenario};
+use arena::Arena;
 use coverage::Controller;
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use protocol::{command::Command, robot_id::RobotId, setup::Mode};
+use scenario::Scenario;
 
 /// Ticks before those that are counted: the tables are full and memory has been touched.
 const TICKS_BEFORE: usize = 5;

@@ -16,9 +16,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::run_dir::RunDir;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
+use transport::run_dir::RunDir;
 
 /// Starting three processes takes far less.
 const SOON: Duration = Duration::from_secs(20);

@@ -16,10 +16,10 @@ use std::{
 };
 
 use anyhow::anyhow;
-use arena::scenario::Seed;
 use arena_daemon::{progress::Meter, stop::exit_status};
 use clap::{Args, ValueEnum};
-use logbook::Format;
+use logging::Format;
+use scenario::Seed;
 use serde::{Deserialize, Serialize};
 
 use self::{

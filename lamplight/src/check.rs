@@ -2,9 +2,10 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use arena::{Arena, caution::cautions, scenario::Scenario};
+use arena::{Arena, caution::cautions};
 use clap::Args;
-use logbook::Format;
+use logging::Format;
+use scenario::Scenario;
 
 use crate::{failure::Failure, log, say::say};
 

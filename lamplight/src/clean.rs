@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use logbook::Format;
-use protocol::{
+use logging::Format;
+use transport::{
     owner::Owner,
     run_dir::{Cleared, RunDir, RunName},
 };

@@ -12,10 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::{
-    caution::cautions,
-    scenario::{Positive, SEED_MAX, Scenario, Seed},
-};
+use arena::caution::cautions;
 use arena_daemon::{
     options::ScenarioOptions,
     progress::Meter,
@@ -24,7 +21,8 @@ use arena_daemon::{
 };
 use clap::{Args, ValueEnum};
 use files::WriteError;
-use logbook::Format;
+use logging::Format;
+use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde_json::{Value, json};
 
 use self::{invariants::Watcher, twin::Workshop};

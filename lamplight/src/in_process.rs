@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::bail;
-use arena::{Arena, scenario::Scenario};
+use arena::Arena;
 use arena_daemon::{
     engine::{self, Observer, Plan},
     live::Live,
@@ -19,6 +19,7 @@ use arena_daemon::{
     trial::{self, Record},
 };
 use protocol::setup::Mode;
+use scenario::Scenario;
 
 /// How a run goes by.
 #[derive(Clone, Copy, Debug)]

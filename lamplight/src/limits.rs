@@ -4,11 +4,9 @@ use std::{fmt, fs, io, str::FromStr};
 
 use anyhow::{anyhow, bail};
 use arena_daemon::live::CLIENTS_MAX;
-use protocol::{
-    setup::Plane,
-    shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory},
-};
+use protocol::setup::Plane;
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
+use transport::shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory};
 
 /// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run goes.
 const DESCRIPTORS_SPARE: u64 = 64 + 2 * CLIENTS_MAX as u64;

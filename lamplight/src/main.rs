@@ -90,7 +90,7 @@ fn main() -> ExitCode {
         Err(error) => Err(Failure::run(error)),
     };
     let status = outcome.unwrap_or_else(|failure: Failure| {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
+        logging::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
         failure.exit_code()
     });
     match log::end() {
@@ -110,6 +110,6 @@ fn obey(command: Command) -> Result<ExitCode, Failure> {
         Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
-        Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),
+        Command::Schema => say::say(&scenario::schema_json()).map(|()| ExitCode::SUCCESS),
     }
 }

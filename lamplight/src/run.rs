@@ -7,7 +7,6 @@ use arena::{
     Arena,
     caution::{cautions, named},
     placement,
-    scenario::{RobotSet, Scenario},
 };
 use arena_daemon::{
     engine,
@@ -19,12 +18,11 @@ use arena_daemon::{
     summary::Ending,
 };
 use clap::{Args, ValueEnum};
-use protocol::{
-    run_dir::{RunDir, RunName},
-    setup::Mode,
-};
+use protocol::setup::Mode;
+use scenario::{RobotSet, Scenario};
 use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
+use transport::run_dir::{RunDir, RunName};
 
 use crate::{
     failure::Failure,
@@ -103,14 +101,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let scenario = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
-    logbook::in_run(&name);
+    logging::in_run(&name);
     log::warn_of(&cautions(&scenario, &poses));
     let outcome = match args.engine {
         Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario, name)?,
     };
     let Some(text) = outcome.summary else {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
+        logging::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
         return Ok(interrupted(outcome.signal));
     };
     let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;

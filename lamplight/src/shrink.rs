@@ -16,11 +16,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::{
-    caution::cautions,
-    placement,
-    scenario::{FaultSpec, Scenario},
-};
+use arena::{caution::cautions, placement};
 use arena_daemon::{
     engine,
     options::ScenarioOptions,
@@ -28,7 +24,8 @@ use arena_daemon::{
     stop::{StopFlag, exit_status},
 };
 use clap::Args;
-use logbook::Format;
+use logging::Format;
+use scenario::{FaultSpec, Scenario};
 use serde_json::Value;
 
 use self::{

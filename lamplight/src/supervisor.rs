@@ -17,7 +17,6 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena::scenario::RobotSet;
 use arena_daemon::{
     options::RunOptions,
     process::Process,
@@ -25,14 +24,15 @@ use arena_daemon::{
     standstill::Moment,
     stop::{ONE_WISH, STOP_SIGNALS},
 };
-use logbook::FORMAT_VARIABLE;
-use protocol::{
+use logging::FORMAT_VARIABLE;
+use protocol::robot_id::RobotId;
+use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
+use scenario::RobotSet;
+use signal_hook::{consts::SIGCHLD, iterator::Signals};
+use transport::{
     control::{Event, Order},
-    robot_id::RobotId,
     run_dir::RunDir,
 };
-use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use signal_hook::{consts::SIGCHLD, iterator::Signals};
 
 use crate::{
     children::{self, Children, tell},
@@ -165,7 +165,7 @@ impl<'a> Supervisor<'a> {
         command.args(options.arguments(&run.scenario_path()));
         let mut group = children.lock();
         command
-            .env(FORMAT_VARIABLE, logbook::format().to_string())
+            .env(FORMAT_VARIABLE, logging::format().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(log.standard_error().context("cannot hand the log's pipe to arena-daemon")?);
@@ -286,7 +286,7 @@ impl<'a> Supervisor<'a> {
         let mut group = self.children.lock();
         let mut command = Command::new(&self.agent_program);
         command
-            .env(FORMAT_VARIABLE, logbook::format().to_string())
+            .env(FORMAT_VARIABLE, logging::format().to_string())
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
             .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])

@@ -14,7 +14,7 @@ use std::{
 
 use anyhow::anyhow;
 use clap::Args;
-use protocol::run_dir::{RunDir, RunDirError, RunName};
+use transport::run_dir::{RunDir, RunDirError, RunName};
 
 use crate::{failure::Failure, say::say};
 use screen::{Layout, View};

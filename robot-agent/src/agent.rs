@@ -4,15 +4,13 @@ use std::{fs, mem};
 
 use anyhow::Context;
 use coverage::Controller;
-use protocol::{
+use protocol::{percept::Percept, robot_id::RobotId, setup::AgentSetup};
+use transport::{
     codec,
-    percept::Percept,
     pid_namespace::our_pid_in,
     raw::{BOOT_TICK, RawCommand},
-    robot_id::RobotId,
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
-    setup::AgentSetup,
 };
 
 use crate::stopwatch::Stopwatch;
@@ -90,7 +88,7 @@ impl Agent {
                 None => return Ok(()),
                 Some(Ok(refused)) => {
                     self.waits = true;
-                    logbook::at_tick(self.percept.tick);
+                    logging::at_tick(self.percept.tick);
                     if refused > 0 {
                         tracing::debug!(refused, "packets did not decode");
                     }

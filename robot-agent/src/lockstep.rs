@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::{
+use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };

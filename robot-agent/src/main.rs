@@ -17,16 +17,18 @@ use std::{
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use logbook::Settings;
+use logging::Settings;
 use protocol::{
-    doorbell::Doorbell,
-    footprint,
     robot_id::RobotId,
-    run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
-    services::{Medium, ServiceError},
     setup::{AgentSetup, Mode},
 };
 use tracing::level_filters::LevelFilter;
+use transport::{
+    doorbell::Doorbell,
+    footprint,
+    run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
+    services::{Medium, ServiceError},
+};
 
 use crate::agent::Agent;
 
@@ -62,16 +64,16 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
-    logbook::begin(Settings {
-        format: logbook::Format::from_env().unwrap_or_default(),
+    logging::begin(Settings {
+        format: logging::Format::from_env().unwrap_or_default(),
         level: LevelFilter::WARN,
         robot: Some(RobotId { index: cli.robot, incarnation: cli.incarnation }),
         color: io::stderr().is_terminal(),
-        sink: logbook::to_stderr,
+        sink: logging::to_stderr,
         // Whoever has started a quiet agent has been told what is wrong already.
         complains: !cli.quiet,
     });
-    logbook::in_run(&cli.run);
+    logging::in_run(&cli.run);
     let outcome = drive(&cli);
     let over = is_over(&cli.run);
     if over && !cli.quiet {
@@ -85,7 +87,7 @@ fn main() -> ExitCode {
         _ => format!("{error:#}"),
     };
     if !(cli.quiet && (over || error.is::<Abandoned>())) {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), &message);
+        logging::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
 }
@@ -97,7 +99,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let text = if io::stderr().is_terminal() { text.ansi().to_string() } else { text.to_string() };
     // If nobody takes it, there is nobody to tell.
     let _ = match error.use_stderr() {
-        true => logbook::to_stderr(text.as_bytes()),
+        true => logging::to_stderr(text.as_bytes()),
         false => error.print(),
     };
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
@@ -177,7 +179,7 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
     match present {
         Some(present) if present.id == id => Ok(()),
         Some(ByHand { id: present, is_awaited: true }) => {
-            bail!("run `{name}` waits for {present} and not for {id}: {}", present.start_command(name))
+            bail!("run `{name}` waits for {present} and not for {id}: {}", name.agent_command(*present))
         }
         Some(ByHand { id: present, .. }) => {
             bail!("run `{name}` does not wait for {id}; it is at {present}, which has been started already")
@@ -186,7 +188,7 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
             Some(other) => bail!(
                 "{id} is not driven by hand in run `{name}`, which waits for {}: {}",
                 other.id,
-                other.id.start_command(name)
+                name.agent_command(other.id)
             ),
             None => bail!(
                 "{id} is not driven by hand in run `{name}`; to drive it, start a run with --by-hand {}",

@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use protocol::{
+use protocol::setup::AgentSetup;
+use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
-    setup::AgentSetup,
 };
 
 use crate::{Abandoned, agent::Agent, timer::Timer};

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use coverage::watch::{Stage, Watcher};
-use protocol::{
+use transport::{
     cycles::{Clock, Stamp},
     raw::RawTimes,
 };

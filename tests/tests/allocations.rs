@@ -3,20 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use allocation_counter::measure;
-use arena::{
-    Arena,
-    scenario::{Override, Scenario},
-};
+use arena::Arena;
 use coverage::Controller;
 use protocol::{
-    frame_cache::Frames,
     percept::Percept,
-    raw::RawCommand,
     robot_id::RobotId,
-    run_dir::RunDir,
-    services::Medium,
     setup::{Mode, Plane},
 };
+use scenario::{Override, Scenario};
+use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Medium};
 
 /// Ticks until every crowd has been seen, and ticks in which nothing new is.
 const WARM_UP: u32 = 1500;

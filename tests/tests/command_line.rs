@@ -8,7 +8,7 @@ use std::{
     process::{Output, Stdio},
 };
 
-use arena::scenario::{BYTES_MAX, SEED_MAX};
+use scenario::{BYTES_MAX, SEED_MAX};
 use tests::programs::{Run, lamplight, said, scenario};
 
 fn run(args: &[&str]) -> Output {

@@ -49,7 +49,7 @@ fn a_robots_mind_links_no_transport_and_no_generator_of_random_numbers() {
 #[test]
 fn the_arena_links_no_transport_of_its_own() {
     let manifest =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../arena/Cargo.toml")).unwrap();
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/arena/Cargo.toml")).unwrap();
     for foreign in ["iceoryx2", "rustix", "tokio", "tracing"] {
         assert!(!manifest.contains(foreign), "arena names {foreign}");
     }

@@ -6,21 +6,23 @@ use std::time::Duration;
 
 use coverage::Controller;
 use protocol::{
-    codec,
     command::Command,
-    doorbell::{Doorbell, Ring},
     frame::BodyVector,
     percept::{Percept, Tick},
-    raw::{BOOT_TICK, RawCommand},
     robot_id::RobotId,
-    run_dir::RunDir,
-    services::{AgentPorts, Medium},
     setup::AgentSetup,
 };
 use rustix::process::{Signal, getpid};
 use tests::{
     live::{LiveRun, signal},
     programs::{Run, said},
+};
+use transport::{
+    codec,
+    doorbell::{Doorbell, Ring},
+    raw::{BOOT_TICK, RawCommand},
+    run_dir::RunDir,
+    services::{AgentPorts, Medium},
 };
 
 /// Name of the run that an agent of ours joins, for the process that this test starts.

@@ -2,13 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{
-    Arena,
-    metrics::Metrics,
-    scenario::{Override, Scenario},
-};
+use arena::{Arena, metrics::Metrics};
 use coverage::Controller;
 use protocol::{robot_id::RobotId, setup::Mode};
+use scenario::{Override, Scenario};
 use tests::programs;
 
 const SEEDS: u64 = 20;

@@ -2,16 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{
-    Arena,
-    frame::ArenaPoint,
-    metrics::Partition,
-    scenario::{Override, Scenario},
-    voronoi::delaunay_neighbors,
-};
+use arena::{Arena, frame::ArenaPoint, metrics::Partition, voronoi::delaunay_neighbors};
 use coverage::{Controller, moments::Moments};
 use nalgebra::Vector2;
 use protocol::{command::Command, frame::BodyVector, robot_id::RobotId, setup::Mode};
+use scenario::{Override, Scenario};
 use serde::Deserialize;
 use tests::{
     programs,

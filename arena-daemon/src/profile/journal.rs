@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use protocol::{
+use protocol::percept::{Percept, Tick};
+use transport::{
     cycles::Stamp,
-    percept::{Percept, Tick},
     raw::{BOOT_TICK, RawTimes},
 };
 

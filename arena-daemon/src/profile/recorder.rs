@@ -12,10 +12,12 @@ use std::{
 
 use protocol::{
     command::Command,
-    cycles::{Calibration, Clock, Rate, Stamp},
     percept::{Percept, Tick},
-    raw::{BOOT_TICK, RawTimes},
     setup::Mode,
+};
+use transport::{
+    cycles::{Calibration, Clock, Rate, Stamp},
+    raw::{BOOT_TICK, RawTimes},
 };
 
 use super::{

@@ -1,7 +1,7 @@
 //! The object `agents` of `summary.json`: all agents in a few numbers.
 
-use protocol::cycles::Source;
 use serde::Serialize;
+use transport::cycles::Source;
 
 use super::{
     ClockUsed, Profile, RobotProfile, Usage,

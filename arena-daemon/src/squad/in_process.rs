@@ -133,7 +133,7 @@ impl Squad for InProcess {
 
 #[cfg(test)]
 mod tests {
-    use arena::scenario::Scenario;
+    use scenario::Scenario;
 
     use super::*;
 

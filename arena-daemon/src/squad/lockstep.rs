@@ -2,14 +2,12 @@
 
 use std::{mem, sync::Arc, thread, time::Duration};
 
-use arena::{
-    fault::{Act, Strike},
-    scenario::Scenario,
-};
+use arena::fault::{Act, Strike};
 use protocol::{
     percept::{Percept, Tick},
     setup::Mode,
 };
+use scenario::Scenario;
 
 use super::{
     Answers, Incident, Squad, SquadError, Standing,

@@ -9,23 +9,23 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::{
-    fault::{Act, Strike},
-    scenario::{OnHang, ProcessesSpec, RobotSet, Scenario},
-};
+use arena::fault::{Act, Strike};
 use protocol::{
-    codec,
     command::Command,
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+    setup::{AgentSetup, Mode, Plane},
+};
+use scenario::{OnHang, ProcessesSpec, RobotSet, Scenario};
+use transport::{
+    codec,
     control::Event,
     doorbell::Doorbell,
     frame_cache::Frames,
-    percept::{Percept, Tick},
     pid_namespace,
     raw::{BOOT_TICK, CommandError},
-    robot_id::RobotId,
     run_dir::{ByHand, RunDir},
     services::{ArenaPorts, Medium, bury},
-    setup::{AgentSetup, Mode, Plane},
     shared_memory::explained,
 };
 
@@ -503,7 +503,7 @@ impl Members {
             OnHang::Fail => return Err(SquadError(what)),
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
-                format!("its next life is started by hand: {}", next.start_command(self.hosting.run.name()))
+                format!("its next life is started by hand: {}", self.hosting.run.name().agent_command(next))
             }
             OnHang::Restart => "it is restarted".into(),
         };
@@ -605,7 +605,7 @@ impl Members {
         let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
         let within = self.join_timeout(first.index as usize);
         let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
-        let command = first.start_command(run);
+        let command = run.agent_command(first);
         // A warning, because without a hand the run stands, with --quiet too.
         tracing::warn!("run `{run}` waits for {robots} {set} to be started by hand{within}{each}: {command}");
     }

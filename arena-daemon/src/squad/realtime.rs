@@ -5,12 +5,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::{fault::Strike, scenario::Scenario};
+use arena::fault::Strike;
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
     setup::Mode,
 };
+use scenario::Scenario;
 
 use super::{
     Answers, Incident, Squad, SquadError, Standing,

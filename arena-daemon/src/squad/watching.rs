@@ -5,7 +5,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::{percept::Tick, raw::BOOT_TICK};
+use protocol::percept::Tick;
+use transport::raw::BOOT_TICK;
 
 use super::members::{Member, Members, Presence};
 use crate::{

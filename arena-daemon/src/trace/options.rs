@@ -2,8 +2,8 @@
 
 use std::{ffi::OsString, path::PathBuf};
 
-use arena::scenario::{RobotSet, Scenario};
 use clap::Args;
+use scenario::{RobotSet, Scenario};
 
 /// Megabytes of a trace, unless somebody says otherwise. A viewer in a browser opens that in a few seconds.
 const MAX_MB: u64 = 256;

@@ -3,12 +3,12 @@
 use arena::fault::{Act, Strike, ledger::Line};
 use files::WriteError;
 use protocol::{
-    cycles::{Clock, Rate, Stamp},
     packet::Packet,
     percept::{Percept, Tick},
     setup::Mode,
 };
 use serde_json::json;
+use transport::cycles::{Clock, Rate, Stamp};
 
 use super::{
     bound::{Bound, Cycles},

@@ -17,7 +17,7 @@ use std::{
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use protocol::{
+use transport::{
     doorbell::{Doorbell, Ring},
     mapping::Mapping,
 };

@@ -16,18 +16,20 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use protocol::{
     command::Command,
-    doorbell::{Doorbell, Ring},
-    footprint,
     frame::BodyVector,
-    frame_cache::Frames,
     packet::Packet,
     percept::{Delivery, Percept},
-    raw::RawCommand,
     robot_id::RobotId,
-    run_dir::{RunDir, RunLock, RunName},
-    services::{AgentPorts, ArenaPorts, Medium},
     setup::Mode,
     units::{Meters, Radians},
+};
+use transport::{
+    doorbell::{Doorbell, Ring},
+    footprint,
+    frame_cache::Frames,
+    raw::RawCommand,
+    run_dir::{RunDir, RunLock, RunName},
+    services::{AgentPorts, ArenaPorts, Medium},
 };
 
 use super::{ALIVE_POLL, ANSWER_TIMEOUT, Floor, agents::Agents};

@@ -13,7 +13,6 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::scenario::Scenario;
 use arena_daemon::{
     options::{ModeName, RunOptions, ScenarioOptions},
     pace::Overload,
@@ -22,10 +21,9 @@ use arena_daemon::{
     trace::TraceOptions,
     trial::Record,
 };
-use protocol::{
-    run_dir::RunDir,
-    setup::{Law, Mode},
-};
+use protocol::setup::{Law, Mode};
+use scenario::Scenario;
+use transport::run_dir::RunDir;
 
 use super::{
     BatchArgs,

@@ -5,13 +5,10 @@
 use std::{collections::BTreeMap, path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
-use arena::{
-    caution::cautions,
-    placement,
-    scenario::{Override, SEED_MAX, Scenario},
-};
+use arena::{caution::cautions, placement};
 use arena_daemon::options::toml_number;
 use clap::ValueEnum;
+use scenario::{Override, SEED_MAX, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};

@@ -11,19 +11,17 @@
 
 use std::{collections::BTreeSet, f64::consts::PI, num::NonZeroU32};
 
-use arena::{
-    random::{Draws, Purpose},
-    scenario::{
-        Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
-        Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
-    },
-};
+use arena::random::{Draws, Purpose};
 use protocol::packet::LOCALIZATION_BYTES;
+use scenario::{
+    Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
+    Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
+};
 
 /// Most robots or links that a fault lists one by one: more are no other case.
 const LISTED_MAX: u64 = 8;
 /// Longest cycle of control times gain that a scenario may have.
-const GAIN_CYCLE_MAX: f64 = arena::scenario::MAX_GAIN_STEP;
+const GAIN_CYCLE_MAX: f64 = scenario::MAX_GAIN_STEP;
 
 /// `base` with this seed and what is drawn from it.
 pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {

@@ -11,12 +11,12 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena::scenario::Seed;
 use arena_daemon::{standstill::Moment, stop::StopFlag};
 use files::WriteError;
-use protocol::run_dir::RunDir;
 use rustix::process::{Pid, Signal};
+use scenario::Seed;
 use serde_json::Value;
+use transport::run_dir::RunDir;
 
 use crate::{
     children::{self, Children, tell},

@@ -18,11 +18,11 @@ use arena_daemon::{
     process::Process,
     stop::StopFlag,
 };
-use protocol::run_dir::RunDir;
 use ratatui::{
     DefaultTerminal,
     crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
 };
+use transport::run_dir::RunDir;
 
 use super::{cpu::Cpu, rates::Rates, screen::Screen};
 use signal_hook::{

@@ -217,7 +217,7 @@ fn a_fault_begins_and_ends_once_and_strikes_the_robots_it_strikes() {
     let plan = "fault=[{ kind = \"pause\", from_s = 0.2, until_s = 0.4, robots = \"1\" }, \
                 { kind = \"loss\", from_s = 0.1, probability = 1.0 }]";
     let sets = ["robots.count=3", "step_s=0.1", plan].map(|set| set.parse().unwrap());
-    let scenario = arena::scenario::Scenario::parse("test", toml, &sets).unwrap();
+    let scenario = scenario::Scenario::parse("test", toml, &sets).unwrap();
     let mut arena = arena::Arena::new(&scenario).unwrap();
     let mut traced = Traced::new(3, 1 << 20, |_| true);
     for tick in 0..8 {

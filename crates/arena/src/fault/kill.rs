@@ -1,0 +1,64 @@
+//! `kill`: agents die, and perhaps begin a new life without their memory.
+
+use protocol::percept::Tick;
+
+use super::{
+    Act, Fate, Presence, Strike,
+    choice::{Choice, whole},
+    ledger::Line,
+    luck::Luck,
+    rule::Rule,
+};
+use scenario::FaultSpec;
+
+/// `which` of the draw by which those who live again are chosen.
+const REBORN: u32 = 1;
+
+#[derive(Debug)]
+pub(super) struct Kill {
+    restart_share: f64,
+    /// Whom it has killed.
+    killed: Vec<u32>,
+}
+
+impl Kill {
+    pub(super) fn new(spec: &FaultSpec) -> Self {
+        Self { restart_share: spec.restart_share.map_or(1.0, |share| share.get()), killed: Vec::new() }
+    }
+}
+
+impl Rule for Kill {
+    fn begin(
+        &mut self,
+        tick: Tick,
+        choice: &Choice,
+        fates: &mut [Fate],
+        strikes: &mut Vec<Strike>,
+        line: &mut Line,
+    ) {
+        for robot in choice.robots() {
+            let Fate { presence, .. } = &mut fates[robot as usize];
+            if *presence != Presence::Down {
+                *presence = Presence::Down;
+                self.killed.push(robot);
+                strikes.push(Strike { robot, act: Act::Kill });
+                line.did(tick, "robots killed", robot);
+            }
+        }
+    }
+
+    fn end(&mut self, luck: Luck, fates: &mut [Fate], strikes: &mut Vec<Strike>, line: &mut Line) {
+        let count = whole(self.restart_share, self.killed.len());
+        let mut drawn: Vec<(f64, u32)> =
+            self.killed.iter().map(|&robot| (luck.of_choice(robot, REBORN).unit(), robot)).collect();
+        drawn.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut reborn: Vec<u32> = drawn.into_iter().take(count).map(|(_, robot)| robot).collect();
+        reborn.sort_unstable();
+        for robot in reborn {
+            let fate = &mut fates[robot as usize];
+            *fate = Fate { life: fate.life + 1, presence: Presence::Up };
+            strikes.push(Strike { robot, act: Act::Restart });
+            line.count("robots restarted");
+        }
+    }
+}

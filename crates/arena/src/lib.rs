@@ -1,0 +1,33 @@
+//! The world, the infrared and the lamps: pure and deterministic.
+//!
+//! Read [`Arena::tick`] first: commands in, percepts out. Nothing here knows a clock, a thread, a
+//! socket or a process (the one file it reads is the scenario); randomness is a draw keyed by what
+//! it is for, so adding a robot leaves the others' luck alone.
+
+#![forbid(unsafe_code)]
+
+pub mod arena;
+pub mod caution;
+pub mod channel;
+mod contacts;
+mod delaunay;
+pub mod digest;
+pub mod fault;
+pub mod field;
+pub mod frame;
+mod grid;
+pub mod hands;
+pub mod hearing;
+pub mod light;
+pub mod lists;
+pub mod measurement;
+pub mod metrics;
+pub mod odometry;
+pub mod packets;
+pub mod placement;
+pub mod random;
+pub mod recovery;
+pub mod voronoi;
+pub mod world;
+
+pub use arena::Arena;
