@@ -3,7 +3,7 @@
 
 use std::{fmt, thread};
 
-use arena::hands::{Alone, Hands};
+use arena::executor::{Executor, Sequential};
 use rayon::{
     ThreadPool, ThreadPoolBuilder,
     iter::{IndexedParallelIterator, ParallelIterator},
@@ -36,10 +36,10 @@ impl Cores {
     }
 }
 
-impl Hands for Cores {
+impl Executor for Cores {
     fn share<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
         match self {
-            Self::One => Alone.share(items, work),
+            Self::One => Sequential.share(items, work),
             Self::Several(pool) => {
                 let part = items.len().div_ceil(pool.current_num_threads() * PARTS_PER_CORE).max(1);
                 pool.install(|| {

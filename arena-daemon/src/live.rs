@@ -7,10 +7,10 @@
 
 pub mod http;
 pub mod prometheus;
+mod publisher;
 mod server;
 mod snapshot;
 pub mod socket;
-mod teller;
 
 use std::{
     sync::{
@@ -20,11 +20,11 @@ use std::{
     time::{Duration, Instant},
 };
 
+pub use publisher::{SnapshotPublisher, SquadStatus};
 pub use server::CLIENTS_MAX;
 pub use snapshot::{
-    About, Agents, Awaited, Dropped, NAMED_MAX, Phase, Robot, Snapshot, Standing, Waited, Waiting,
+    About, Agents, Awaited, Dropped, NAMED_MAX, Participation, Phase, Robot, Snapshot, Waited, Waiting,
 };
-pub use teller::{Survey, Teller};
 
 /// Time between two snapshots.
 pub const EVERY: Duration = Duration::from_millis(100);

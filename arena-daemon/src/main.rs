@@ -8,15 +8,15 @@ use anyhow::Context;
 use arena::Arena;
 use arena_daemon::{
     engine::{self, Plan},
-    link::{self, Link, Trials},
     live::{self, About, Live, http::Endpoint},
     options::RunOptions,
     outputs::Outputs,
     progress::{self, Audience},
-    squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
+    squad::{HostConfig, Squad, lockstep::Lockstep, realtime::Realtime},
     standstill,
     stop::StopFlag,
     summary::Summary,
+    supervisor_link::{self, Link, Trials},
     trace::{Traced, Tracer},
     trial,
 };
@@ -72,8 +72,8 @@ fn main() -> ExitCode {
         Err(error) => Some(format!("{error:#}")),
     };
     match (cli.supervised, outcome) {
-        (true, Ok(Over::Run(summary))) => link::tell(&Event::Summary(summary.json())),
-        (true, Err(error)) => link::tell(&Event::Failed(format!("{error:#}"))),
+        (true, Ok(Over::Run(summary))) => supervisor_link::tell(&Event::Summary(summary.json())),
+        (true, Err(error)) => supervisor_link::tell(&Event::Failed(format!("{error:#}"))),
         (false, Ok(Over::Run(summary))) => print!("{}", summary.json()),
         (_, Ok(Over::Trials)) | (false, Err(_)) => {}
     }
@@ -118,7 +118,7 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
     let mut hosting =
-        Hosting { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
+        HostConfig { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
     let over = match trials {
         Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
         None => {
@@ -154,12 +154,12 @@ fn watchable(
     Ok(live)
 }
 
-fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<Summary> {
+fn one_run(cli: &Cli, scenario: &Scenario, hosting: HostConfig, stop: &StopFlag) -> anyhow::Result<Summary> {
     let mut arena = Arena::new(scenario)?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
     let mode = cli.run.mode();
     let tracer = Tracer::begin(&cli.run.trace, scenario, mode).inspect_err(|_| outputs.take_back())?;
-    let hosting = Hosting { tracer: tracer.clone(), ..hosting };
+    let hosting = HostConfig { tracer: tracer.clone(), ..hosting };
     let mut squad: Box<dyn Squad> = match mode {
         Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
@@ -185,12 +185,14 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
 /// there are no more, or the squad can no longer be used.
-fn play(scenario: Scenario, trials: &Trials, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<()> {
+fn play(scenario: Scenario, trials: &Trials, hosting: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
     let mut squad = Lockstep::open(&scenario, hosting, stop.clone())?;
     let mut next = Some(scenario);
     while let Some(scenario) = next {
         let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
-        link::tell(&Event::Summary(serde_json::to_string(&record).context("a record is plain data")?));
+        supervisor_link::tell(&Event::Summary(
+            serde_json::to_string(&record).context("a record is plain data")?,
+        ));
         let text = if record.squad_is_whole { trials.next() } else { None };
         next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
     }

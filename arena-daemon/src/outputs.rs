@@ -25,7 +25,7 @@ use self::robot_row::RobotRow;
 use crate::{
     profile::{Columns, Profile},
     progress::Status,
-    squad::Standing,
+    squad::RobotStatus,
     summary::Summary,
 };
 
@@ -160,7 +160,7 @@ impl Outputs {
         self,
         summary: &mut Summary,
         arena: &Arena,
-        standings: &[Standing],
+        robot_statuses: &[RobotStatus],
         answers: &[Option<Command>],
         profile: Option<&Profile>,
     ) {
@@ -169,7 +169,7 @@ impl Outputs {
         drop(reserve);
         let path = folder.join(SUMMARY);
         let first = files::replace(&path, summary.json());
-        let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
+        let known = robot_statuses.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
         let robots = known.map(|(index, (((standing, answer), pose), heard))| {
             let columns = profile.map(|profile| Columns::of(profile, index)).unwrap_or_default();
             RobotRow::new(standing, answer.as_ref(), pose, *heard, &columns)

@@ -28,7 +28,7 @@ use std::{
 use files::WriteError;
 use protocol::setup::Mode;
 use serde::Serialize;
-use transport::cycles::Source;
+use transport::clock::Source;
 
 pub use columns::Columns;
 pub use counters::Counted;

@@ -12,7 +12,7 @@ use logging::{Format, Settings, Sink};
 use tracing::level_filters::LevelFilter;
 use transport::control::Event;
 
-use crate::link;
+use crate::supervisor_link;
 
 /// Time between plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -81,7 +81,11 @@ impl Progress {
             Display::Meter(meter) => meter.show(status.tick, text),
             Display::Told { ticks, last } if last.elapsed() >= LIVE_EVERY => {
                 *last = Instant::now();
-                link::tell(&Event::Progress { position: status.tick, total: *ticks, text: text() });
+                supervisor_link::tell(&Event::Progress {
+                    position: status.tick,
+                    total: *ticks,
+                    text: text(),
+                });
             }
             Display::Told { .. } => {}
         }

@@ -2,15 +2,15 @@
 
 pub mod in_process;
 pub mod lockstep;
-mod members;
 pub mod realtime;
+mod roster;
 mod watching;
 
-pub use members::Hosting;
+pub use roster::HostConfig;
 
 use std::{sync::Arc, thread, time::Instant};
 
-use arena::fault::Strike;
+use arena::fault::ProcessFault;
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
@@ -19,7 +19,7 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    live::{Live, Survey},
+    live::{Live, SquadStatus},
     profile::Profile,
     stop::StopFlag,
 };
@@ -31,13 +31,18 @@ pub type Answers = Vec<Option<Command>>;
 pub trait Squad {
     /// Waits until every robot is there and returns what they do at first: stand still and say
     /// who they are. May return early, with robots missing, once `stop` is raised.
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
 
     /// Does to agents what the fault plan says for `tick`, the tick to come. Who is killed or paused
     /// is silent at once and gets no percepts; who goes on takes part again from the next exchange
     /// on; who is restarted begins a new life, whose first command is in `answers` as soon as it
     /// has come. Robots that are left out stay so.
-    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError>;
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError>;
 
     /// Robots that are left out for good, though nobody planned it.
     fn left_out(&self) -> Vec<u32> {
@@ -48,7 +53,7 @@ pub trait Squad {
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
 
     /// Waits until `due`, and takes in what comes meanwhile if that is of interest.
-    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
+    fn poll_until(&mut self, due: Instant) -> Result<(), SquadError> {
         thread::sleep(due.saturating_duration_since(Instant::now()));
         Ok(())
     }
@@ -65,13 +70,13 @@ pub trait Squad {
 
     /// How its robots are, for those who watch the run. What they take is measured from now on if it is `watched`, and
     /// no longer if not.
-    fn survey(&mut self, watched: bool) -> Survey;
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus;
 
     /// Ends every mind.
     fn dismiss(&mut self);
 
     /// What has become of each robot.
-    fn standings(&self) -> Vec<Standing>;
+    fn robot_statuses(&self) -> Vec<RobotStatus>;
 
     /// What went wrong without being planned, in order.
     fn incidents(&self) -> &[Incident] {
@@ -81,7 +86,7 @@ pub trait Squad {
 
 /// What has become of one robot's agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct RobotStatus {
     /// The robot and its present life.
     pub id: RobotId,
     /// Process of its agent, if it has one.

@@ -17,7 +17,7 @@ use crate::{
     outputs::Outputs,
     pace::Overload,
     progress::Audience,
-    squad::{Incident, Squad, Standing},
+    squad::{Incident, RobotStatus, Squad},
     stop::StopFlag,
     summary::Ending,
 };
@@ -107,8 +107,8 @@ pub fn play(
         mean_m: summary.end.mean_error_m,
         max_m: summary.end.max_error_m,
     };
-    let standings = squad.standings();
-    let places = start.into_iter().zip(positions(&arena)).zip(&standings);
+    let robot_statuses = squad.robot_statuses();
+    let places = start.into_iter().zip(positions(&arena)).zip(&robot_statuses);
     Ok(Record {
         ended: summary.ended,
         failure: summary.failure,
@@ -122,12 +122,12 @@ pub fn play(
         places: places
             .map(|((start_m, end_m), standing)| Place { start_m, end_m, alive: standing.alive })
             .collect(),
-        squad_is_whole: summary.incidents.is_empty() && standings.iter().all(is_fresh),
+        squad_is_whole: summary.incidents.is_empty() && robot_statuses.iter().all(is_fresh),
         incidents: summary.incidents,
     })
 }
 
-fn is_fresh(standing: &Standing) -> bool {
+fn is_fresh(standing: &RobotStatus) -> bool {
     standing.alive && !standing.paused && standing.id.incarnation == 0
 }
 

@@ -9,7 +9,7 @@ use transport::{
     run_dir::{Cleared, RunDir, RunName},
 };
 
-use crate::{failure::Failure, log, say::say};
+use crate::{failure::Failure, log, stdout::say};
 
 /// Runs of others that are named.
 const NAMED_MAX: usize = 10;

@@ -1,8 +1,8 @@
 //! `lamplight fuzz`: random fault plans, and what must hold whatever they do.
 
+mod cross_engine;
 mod invariants;
 mod plan;
-mod twin;
 
 use std::{
     fs,
@@ -12,7 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::caution::cautions;
+use arena::plan_warnings::warnings;
 use arena_daemon::{
     options::ScenarioOptions,
     progress::Meter,
@@ -25,10 +25,10 @@ use logging::Format;
 use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde_json::{Value, json};
 
-use self::{invariants::Watcher, twin::Workshop};
+use self::{cross_engine::Workshop, invariants::Watcher};
 use protocol::setup::Mode;
 
-use crate::{failure::Failure, in_process, limits, log, name, say::say};
+use crate::{failure::Failure, in_process, limits, log, name, stdout::say};
 
 /// Longest run, in seconds of virtual time, that nobody asked for.
 const DURATION_MAX_S: f64 = 20.0;
@@ -71,7 +71,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
     // It has no faults, whose robots would have to be somewhere.
-    log::warn_of(&cautions(&base, &[]));
+    log::warn_of(&warnings(&base, &[]));
     if args.engine == Engines::Both {
         limits::prepare(base.robot_count(), base.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
     }
@@ -172,16 +172,16 @@ fn check(
         Err(what) => return Ok(Some(what)),
     };
     let Some(workshop) = workshop else { return Ok(None) };
-    let mut twin = workshop.run(&text, scenario.seed, stop)?;
+    let mut processes = workshop.run(&text, scenario.seed, stop)?;
     if let Some(why) =
-        twin.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
+        processes.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
     {
         // Killed by hand, or by the system where memory is short. What is our own fault shows again.
         tracing::warn!("seed {} is repeated: {why}", scenario.seed);
         *repeated += 1;
-        twin = workshop.run(&text, scenario.seed, stop)?;
+        processes = workshop.run(&text, scenario.seed, stop)?;
     }
-    Ok(twin.and_then(|twin| agree(&summary, &twin)).err())
+    Ok(processes.and_then(|processes| agree(&summary, &processes)).err())
 }
 
 /// Runs a scenario in this process; the error says what does not hold.
@@ -202,14 +202,14 @@ fn lost(summary: &Value) -> Option<String> {
 }
 
 /// Do both engines say the same, and the processes nothing that was not planned?
-fn agree(summary: &Summary, twin: &Value) -> Result<(), String> {
+fn agree(summary: &Summary, processes: &Value) -> Result<(), String> {
     let ours = serde_json::to_value(summary).expect("a summary is plain data");
     let same = ["digest", "packets", "robots_alive", "faults"].map(|key| (key, &ours[key]));
     let (none, zero) = (json!([]), json!(0));
     let quiet = [("incidents", &none), ("commands_refused", &zero), ("contacts_unsolved", &zero)];
     for (key, expected) in same.into_iter().chain(quiet) {
-        if twin[key] != *expected {
-            return Err(format!("as processes, {key} is {}, not {expected}", twin[key]));
+        if processes[key] != *expected {
+            return Err(format!("as processes, {key} is {}, not {expected}", processes[key]));
         }
     }
     Ok(())

@@ -42,8 +42,8 @@ pub(crate) fn begin(quiet: bool, format: Format) {
 }
 
 /// Warns of what may not mean in a scenario what its author thinks.
-pub(crate) fn warn_of(cautions: &[String]) {
-    cautions.iter().for_each(|caution| tracing::warn!("{caution}"));
+pub(crate) fn warn_of(warnings: &[String]) {
+    warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }
 
 /// Keeps from here on what is logged: in `log.txt` or `log.jsonl` in `folder`, made by the first line.

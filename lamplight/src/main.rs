@@ -14,8 +14,8 @@ mod log;
 mod name;
 mod report;
 mod run;
-mod say;
 mod shrink;
+mod stdout;
 mod summary_text;
 mod supervisor;
 mod top;
@@ -110,6 +110,6 @@ fn obey(command: Command) -> Result<ExitCode, Failure> {
         Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
-        Command::Schema => say::say(&scenario::schema_json()).map(|()| ExitCode::SUCCESS),
+        Command::Schema => stdout::say(&scenario::schema_json()).map(|()| ExitCode::SUCCESS),
     }
 }

@@ -4,9 +4,8 @@ use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::{Context, anyhow};
 use arena::{
-    Arena,
-    caution::{cautions, named},
-    placement,
+    Arena, placement,
+    plan_warnings::{named, warnings},
 };
 use arena_daemon::{
     engine,
@@ -28,7 +27,7 @@ use crate::{
     failure::Failure,
     in_process::{self, Pace},
     limits, log, name,
-    say::say,
+    stdout::say,
     summary_text,
     supervisor::{self, Watch},
 };
@@ -102,7 +101,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
     logging::in_run(&name);
-    log::warn_of(&cautions(&scenario, &poses));
+    log::warn_of(&warnings(&scenario, &poses));
     let outcome = match args.engine {
         Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario, name)?,
@@ -172,7 +171,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
     let pace = Pace { speed: options.speed, shares: true, audience };
-    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content, live);
+    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::no_observer, live);
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 

@@ -50,7 +50,7 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 const REAP_POLL: Duration = Duration::from_millis(10);
 
 /// What the supervisor wakes up to.
-enum Happening {
+enum SupervisorEvent {
     Signal(i32),
     /// The whole run has stood still for so long.
     StoodStill(Duration),
@@ -62,8 +62,8 @@ enum Happening {
 /// Where all that happens to a run comes together. Made before the run, so that no signal finds
 /// the run made and nobody to take it down.
 pub(crate) struct Watch {
-    sender: Sender<Happening>,
-    happenings: Receiver<Happening>,
+    sender: Sender<SupervisorEvent>,
+    happenings: Receiver<SupervisorEvent>,
     children: Children,
 }
 
@@ -74,7 +74,7 @@ impl Watch {
         forward_signals(sender.clone())?;
         let (children, teller) = (Children::default(), sender.clone());
         children
-            .stand_still_with_us(move |time| drop(teller.send(Happening::StoodStill(time))))
+            .stand_still_with_us(move |time| drop(teller.send(SupervisorEvent::StoodStill(time))))
             .context("cannot listen for signals")?;
         Ok(Self { sender, happenings, children })
     }
@@ -147,7 +147,7 @@ struct Stopping {
 impl<'a> Supervisor<'a> {
     fn start(
         Start { options, run, robots, by_hand, log, children }: Start<'a>,
-        sender: Sender<Happening>,
+        sender: Sender<SupervisorEvent>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
         let agent_program = preferred(beside_us("robot-agent")?);
@@ -194,17 +194,17 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Until the arena has ended and said its last word.
-    fn watch(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Outcome> {
+    fn watch(&mut self, happenings: &Receiver<SupervisorEvent>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {
             match self.next(happenings)? {
-                Happening::Signal(SIGCHLD) => self.reap(),
-                Happening::Signal(signal) => self.stop(signal),
-                Happening::StoodStill(time) => {
+                SupervisorEvent::Signal(SIGCHLD) => self.reap(),
+                SupervisorEvent::Signal(signal) => self.stop(signal),
+                SupervisorEvent::StoodStill(time) => {
                     tracing::info!("stood still for {:.1} s; the run goes on", time.as_secs_f64());
                 }
-                Happening::Arena(event) => self.obey(event)?,
-                Happening::ArenaSilent => silent = true,
+                SupervisorEvent::Arena(event) => self.obey(event)?,
+                SupervisorEvent::ArenaSilent => silent = true,
             }
         }
         let signal = self.stopping.map(|stopping| stopping.signal);
@@ -218,7 +218,7 @@ impl<'a> Supervisor<'a> {
 
     /// The next thing to attend to. While there is none, agents are started one by one, so that
     /// signals are heard in between; and an arena that was told to end is not waited for in vain.
-    fn next(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Happening> {
+    fn next(&mut self, happenings: &Receiver<SupervisorEvent>) -> anyhow::Result<SupervisorEvent> {
         loop {
             if !self.to_start.is_empty() {
                 if let Ok(happening) = happenings.try_recv() {
@@ -360,15 +360,17 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Waits for every child to end, and kills those that stay.
-    fn clear_away(&mut self, happenings: &Receiver<Happening>) {
+    fn clear_away(&mut self, happenings: &Receiver<SupervisorEvent>) {
         self.kill_arena();
         self.reap();
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
         while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() {
             let left = |deadline: Moment| deadline.since(Moment::now());
             let impatient = match happenings.recv_timeout(deadline.map_or(REAP_POLL, left)) {
-                Ok(Happening::Signal(signal)) => signal != SIGCHLD,
-                Ok(Happening::Arena(_) | Happening::ArenaSilent | Happening::StoodStill(_)) => false,
+                Ok(SupervisorEvent::Signal(signal)) => signal != SIGCHLD,
+                Ok(
+                    SupervisorEvent::Arena(_) | SupervisorEvent::ArenaSilent | SupervisorEvent::StoodStill(_),
+                ) => false,
                 Err(RecvTimeoutError::Timeout) => deadline.is_none_or(|deadline| left(deadline).is_zero()),
                 // The threads that watch have ended; children still do.
                 Err(RecvTimeoutError::Disconnected) => {
@@ -409,22 +411,24 @@ fn preferred(plain: PathBuf) -> PathBuf {
     }
 }
 
-fn forward_signals(sender: Sender<Happening>) -> anyhow::Result<()> {
+fn forward_signals(sender: Sender<SupervisorEvent>) -> anyhow::Result<()> {
     let all = STOP_SIGNALS.iter().copied().chain([SIGCHLD]);
     let mut signals = Signals::new(all).context("cannot listen for signals")?;
-    thread::spawn(move || signals.forever().try_for_each(|signal| sender.send(Happening::Signal(signal))));
+    thread::spawn(move || {
+        signals.forever().try_for_each(|signal| sender.send(SupervisorEvent::Signal(signal)))
+    });
     Ok(())
 }
 
-fn forward_events(output: ChildStdout, sender: Sender<Happening>) {
+fn forward_events(output: ChildStdout, sender: Sender<SupervisorEvent>) {
     thread::spawn(move || {
         for line in BufReader::new(output).lines().map_while(Result::ok) {
             match serde_json::from_str(&line) {
-                Ok(event) => drop(sender.send(Happening::Arena(event))),
+                Ok(event) => drop(sender.send(SupervisorEvent::Arena(event))),
                 Err(error) => tracing::warn!("the arena's report `{line}` is not understood: {error}"),
             }
         }
-        let _ = sender.send(Happening::ArenaSilent);
+        let _ = sender.send(SupervisorEvent::ArenaSilent);
     });
 }
 

@@ -16,7 +16,7 @@ use anyhow::anyhow;
 use clap::Args;
 use transport::run_dir::{RunDir, RunDirError, RunName};
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, stdout::say};
 use screen::{Layout, View};
 use watch::{Asked, Watcher};
 

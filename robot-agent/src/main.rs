@@ -27,7 +27,7 @@ use transport::{
     doorbell::Doorbell,
     footprint,
     run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
-    services::{Medium, ServiceError},
+    services::{ServiceError, Session},
 };
 
 use crate::agent::Agent;
@@ -123,7 +123,7 @@ enum Abandoned {
 }
 
 /// A robot that has taken its place in a run.
-struct Seat {
+struct Joined {
     setup: AgentSetup,
     run: RunDir,
     arena: ArenaWatch,
@@ -134,7 +134,7 @@ struct Seat {
 fn drive(cli: &Cli) -> anyhow::Result<()> {
     let mut seat = take_seat(cli)?;
     footprint::trim();
-    let Seat { setup, run, arena, bell, agent } = &mut *seat;
+    let Joined { setup, run, arena, bell, agent } = &mut *seat;
     tracing::debug!(pid = process::id(), "has joined");
     let outcome = match setup.mode {
         Mode::Lockstep => lockstep::run(agent, bell, run, arena),
@@ -146,7 +146,7 @@ fn drive(cli: &Cli) -> anyhow::Result<()> {
 
 /// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.
 #[inline(never)]
-fn take_seat(cli: &Cli) -> anyhow::Result<Box<Seat>> {
+fn take_seat(cli: &Cli) -> anyhow::Result<Box<Joined>> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
@@ -155,9 +155,9 @@ fn take_seat(cli: &Cli) -> anyhow::Result<Box<Seat>> {
     }
     let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
-    let ports = Medium::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
+    let ports = Session::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, &setup, ports);
-    Ok(Box::new(Seat { setup, run, arena, bell, agent }))
+    Ok(Box::new(Joined { setup, run, arena, bell, agent }))
 }
 
 /// An agent started by hand may come before the arena has everything laid out.

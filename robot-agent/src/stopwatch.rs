@@ -4,9 +4,9 @@
 
 use std::time::Duration;
 
-use coverage::watch::{Stage, Watcher};
+use coverage::stage_observer::{Stage, StageObserver};
 use transport::{
-    cycles::{Clock, Stamp},
+    clock::{Clock, Stamp},
     raw::RawTimes,
 };
 
@@ -76,7 +76,7 @@ impl Stopwatch {
     }
 }
 
-impl Watcher for Stopwatch {
+impl StageObserver for Stopwatch {
     fn passed(&mut self, stage: Stage) {
         let lap = self.lap();
         *match stage {

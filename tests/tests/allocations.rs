@@ -11,7 +11,7 @@ use protocol::{
     setup::{Mode, Plane},
 };
 use scenario::{Override, Scenario};
-use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Medium};
+use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Session};
 
 /// Ticks until every crowd has been seen, and ticks in which nothing new is.
 const WARM_UP: u32 = 1500;
@@ -28,7 +28,7 @@ fn a_steady_tick_in_process_allocates_nothing() {
         let mut minds: Vec<_> = (0..40).map(|index| Controller::new(RobotId::first(index), setup)).collect();
         let mut answers: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         let mut tick = || {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let Some(percepts) = arena.tick(&answers) else { return };
             for ((mind, percept), answer) in minds.iter_mut().zip(percepts).zip(&mut answers) {
                 *answer = Some(mind.step(percept));
@@ -47,9 +47,9 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
     let name = format!("test-allocations-{}", std::process::id());
     let (run, owner) = RunDir::create(name.parse().unwrap()).unwrap();
     let robot = RobotId::first(0);
-    let arena = Medium::enter(&run).unwrap();
+    let arena = Session::enter(&run).unwrap();
     let mut host = arena.host(robot, Plane::Blackboard).unwrap();
-    let mut agent = Medium::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
+    let mut agent = Session::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
     let setup = Scenario::load(&file, &[]).unwrap().agent_setup(Mode::Lockstep).controller;
     let (mut mind, mut frames) = (Controller::new(robot, setup), Frames::of(1));

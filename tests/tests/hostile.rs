@@ -22,7 +22,7 @@ use transport::{
     doorbell::{Doorbell, Ring},
     raw::{BOOT_TICK, RawCommand},
     run_dir::RunDir,
-    services::{AgentPorts, Medium},
+    services::{AgentPorts, Session},
 };
 
 /// Name of the run that an agent of ours joins, for the process that this test starts.
@@ -49,7 +49,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
-    let medium = Medium::enter(&folder).unwrap();
+    let medium = Session::enter(&folder).unwrap();
     let mut ports = medium.join(ROBOT, setup.plane).unwrap();
     let mut mind = Controller::new(ROBOT, setup.controller);
     let mut seen = bell.round();
@@ -213,7 +213,7 @@ fn an_agent_that_dies_as_it_joins() {
     let Ok(name) = std::env::var(RUN) else { return };
     let (folder, _) = RunDir::open(name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
-    let _ports = Medium::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
+    let _ports = Session::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
     signal(getpid(), Signal::KILL);
 }
 

@@ -103,7 +103,7 @@ pub struct Robot {
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
     /// Whether it takes part.
-    pub standing: Standing,
+    pub participation: Participation,
     /// Its last cycles, if they are measured.
     pub cycles: Option<RecentCycles>,
     /// In real time, timer periods that went by without a cycle.
@@ -115,7 +115,7 @@ pub struct Robot {
 /// Whether a robot takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standing {
+pub enum Participation {
     /// Its agent has not joined yet.
     Expected,
     /// It does.
@@ -128,7 +128,7 @@ pub enum Standing {
     Out,
 }
 
-impl Standing {
+impl Participation {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Expected, Self::Present, Self::Paused, Self::Down, Self::Out];
 
@@ -208,8 +208,8 @@ impl Snapshot {
     }
 
     /// How many robots stand so.
-    pub fn count(&self, standing: Standing) -> usize {
-        self.robots.iter().filter(|robot| robot.standing == standing).count()
+    pub fn count(&self, participation: Participation) -> usize {
+        self.robots.iter().filter(|robot| robot.participation == participation).count()
     }
 }
 

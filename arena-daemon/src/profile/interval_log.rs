@@ -75,7 +75,7 @@ mod tests {
         },
     };
     use protocol::setup::Mode;
-    use transport::cycles::Source;
+    use transport::clock::Source;
 
     use super::*;
     use crate::profile::{ClockUsed, RobotProfile, Stage};

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use protocol::percept::{Percept, Tick};
 use transport::{
-    cycles::Stamp,
+    clock::Stamp,
     raw::{BOOT_TICK, RawTimes},
 };
 

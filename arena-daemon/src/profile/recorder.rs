@@ -16,7 +16,7 @@ use protocol::{
     setup::Mode,
 };
 use transport::{
-    cycles::{Calibration, Clock, Rate, Stamp},
+    clock::{Calibration, Clock, Rate, Stamp},
     raw::{BOOT_TICK, RawTimes},
 };
 

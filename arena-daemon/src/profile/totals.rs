@@ -1,7 +1,7 @@
 //! The object `agents` of `summary.json`: all agents in a few numbers.
 
 use serde::Serialize;
-use transport::cycles::Source;
+use transport::clock::Source;
 
 use super::{
     ClockUsed, Profile, RobotProfile, Usage,

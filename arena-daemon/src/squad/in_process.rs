@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use arena::fault::{Act, Strike};
+use arena::fault::{ProcessAction, ProcessFault};
 use coverage::Controller;
 use protocol::{
     command::Command,
@@ -12,9 +12,9 @@ use protocol::{
     setup::ControllerSetup,
 };
 
-use super::{Answers, Squad, SquadError, Standing};
+use super::{Answers, RobotStatus, Squad, SquadError};
 use crate::{
-    live::{self, Live, Survey},
+    live::{self, Live, SquadStatus},
     stop::StopFlag,
 };
 
@@ -69,18 +69,23 @@ impl Mind {
 }
 
 impl Squad for InProcess {
-    fn muster(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
+    fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
         Ok(self.minds.iter_mut().map(Mind::boot).collect())
     }
 
-    fn strike(&mut self, _: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
-        for &Strike { robot, act } in strikes {
+    fn apply_process_faults(
+        &mut self,
+        _: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        for &ProcessFault { robot, action } in process_faults {
             let (mind, answer) = (&mut self.minds[robot as usize], &mut answers[robot as usize]);
-            match act {
-                Act::Kill => (mind.controller, *answer) = (None, None),
-                Act::Pause => (mind.paused, *answer) = (true, None),
-                Act::Resume => mind.paused = false,
-                Act::Restart => {
+            match action {
+                ProcessAction::Kill => (mind.controller, *answer) = (None, None),
+                ProcessAction::Pause => (mind.paused, *answer) = (true, None),
+                ProcessAction::Resume => mind.paused = false,
+                ProcessAction::Restart => {
                     *mind = Mind::new(mind.id.reborn(), self.setup);
                     *answer = mind.boot();
                 }
@@ -101,26 +106,26 @@ impl Squad for InProcess {
     }
 
     /// Nobody measures them.
-    fn survey(&mut self, _watched: bool) -> Survey {
+    fn status_of_robots(&mut self, _watched: bool) -> SquadStatus {
         let robot = |mind: &Mind| live::Robot {
             id: mind.id,
             pid: None,
-            standing: match mind {
-                Mind { controller: None, .. } => live::Standing::Down,
-                Mind { paused: true, .. } => live::Standing::Paused,
-                Mind { .. } => live::Standing::Present,
+            participation: match mind {
+                Mind { controller: None, .. } => live::Participation::Down,
+                Mind { paused: true, .. } => live::Participation::Paused,
+                Mind { .. } => live::Participation::Present,
             },
             cycles: None,
             missed_deadlines: 0,
             refused: 0,
         };
-        Survey { robots: self.minds.iter().map(robot).collect(), ..Survey::default() }
+        SquadStatus { robots: self.minds.iter().map(robot).collect(), ..SquadStatus::default() }
     }
 
     fn dismiss(&mut self) {}
 
-    fn standings(&self) -> Vec<Standing> {
-        let standing = |mind: &Mind| Standing {
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        let standing = |mind: &Mind| RobotStatus {
             id: mind.id,
             pid: None,
             alive: mind.controller.is_some(),
@@ -144,12 +149,12 @@ mod tests {
         let scenario = Scenario::load(&folder.join("../scenarios/swarmbots.toml"), &[]).unwrap();
         let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
         let mut squad = InProcess::new(ROBOTS, setup);
-        let answers = squad.muster(&StopFlag::default()).unwrap();
+        let answers = squad.join_all(&StopFlag::default()).unwrap();
         (squad, answers)
     }
 
-    fn strike(squad: &mut InProcess, answers: &mut Answers, robot: u32, act: Act) {
-        squad.strike(0, &[Strike { robot, act }], answers).unwrap();
+    fn apply_process_faults(squad: &mut InProcess, answers: &mut Answers, robot: u32, action: ProcessAction) {
+        squad.apply_process_faults(0, &[ProcessFault { robot, action }], answers).unwrap();
     }
 
     fn exchange(squad: &mut InProcess, answers: &mut Answers, tick: Tick) {
@@ -164,19 +169,19 @@ mod tests {
     #[test]
     fn a_killed_robot_is_silent_until_a_new_life_begins() {
         let (mut squad, mut answers) = squad();
-        strike(&mut squad, &mut answers, 1, Act::Kill);
+        apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Kill);
         assert_eq!(answers[1], None);
         exchange(&mut squad, &mut answers, 0);
         assert!(answers[0].is_some() && answers[1].is_none());
-        for ignored in [Act::Pause, Act::Resume] {
-            strike(&mut squad, &mut answers, 1, ignored);
-            assert_eq!(squad.standings()[1].id, RobotId::first(1));
-            assert!(!squad.standings()[1].alive);
+        for ignored in [ProcessAction::Pause, ProcessAction::Resume] {
+            apply_process_faults(&mut squad, &mut answers, 1, ignored);
+            assert_eq!(squad.robot_statuses()[1].id, RobotId::first(1));
+            assert!(!squad.robot_statuses()[1].alive);
         }
-        strike(&mut squad, &mut answers, 1, Act::Restart);
+        apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Restart);
         let born = RobotId { index: 1, incarnation: 1 };
         assert_eq!(answers[1].unwrap().packet.sender, born);
-        assert_eq!((squad.standings()[1].id, squad.standings()[1].alive), (born, true));
+        assert_eq!((squad.robot_statuses()[1].id, squad.robot_statuses()[1].alive), (born, true));
     }
 
     #[test]
@@ -184,23 +189,26 @@ mod tests {
         let (mut squad, mut answers) = squad();
         exchange(&mut squad, &mut answers, 0);
         let before = sequence(&answers, 2);
-        strike(&mut squad, &mut answers, 2, Act::Pause);
+        apply_process_faults(&mut squad, &mut answers, 2, ProcessAction::Pause);
         exchange(&mut squad, &mut answers, 1);
         assert_eq!(answers[2], None);
-        assert!(squad.standings()[2].alive && squad.standings()[2].paused);
-        strike(&mut squad, &mut answers, 2, Act::Resume);
+        assert!(squad.robot_statuses()[2].alive && squad.robot_statuses()[2].paused);
+        apply_process_faults(&mut squad, &mut answers, 2, ProcessAction::Resume);
         assert_eq!(answers[2], None, "it has not been asked yet");
         exchange(&mut squad, &mut answers, 2);
         assert_eq!(sequence(&answers, 2), before.map(|sequence| sequence + 1));
-        assert_eq!((squad.standings()[2].id, squad.standings()[2].paused), (RobotId::first(2), false));
+        assert_eq!(
+            (squad.robot_statuses()[2].id, squad.robot_statuses()[2].paused),
+            (RobotId::first(2), false)
+        );
     }
 
     #[test]
     fn a_robot_killed_in_its_pause_does_not_go_on() {
         let (mut squad, mut answers) = squad();
-        strike(&mut squad, &mut answers, 0, Act::Pause);
-        strike(&mut squad, &mut answers, 0, Act::Kill);
-        strike(&mut squad, &mut answers, 0, Act::Resume);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Pause);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Kill);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Resume);
         exchange(&mut squad, &mut answers, 0);
         assert_eq!(answers[0], None);
     }

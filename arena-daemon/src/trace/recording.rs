@@ -1,6 +1,6 @@
 //! What happens in a run, as events of its trace.
 
-use arena::fault::{Act, Strike, ledger::Line};
+use arena::fault::{ProcessAction, ProcessFault, ledger::Line};
 use files::WriteError;
 use protocol::{
     packet::Packet,
@@ -8,7 +8,7 @@ use protocol::{
     setup::Mode,
 };
 use serde_json::json;
-use transport::cycles::{Clock, Rate, Stamp};
+use transport::clock::{Clock, Rate, Stamp};
 
 use super::{
     bound::{Bound, Cycles},
@@ -106,20 +106,20 @@ impl Recording {
     }
 
     /// The arena begins `tick`, in which the plan does this to agents.
-    pub(super) fn tick_begins(&mut self, tick: Tick, strikes: &[Strike]) {
+    pub(super) fn tick_begins(&mut self, tick: Tick, process_faults: &[ProcessFault]) {
         let Some(began_ns) = self.now_ns() else { return };
         self.present =
             Some(Present { tick, began_ns, percepts_ready_ns: None, rung_ns: None, answered_ns: None });
-        for &Strike { robot, act } in strikes {
+        for &ProcessFault { robot, action } in process_faults {
             if !self.traces(robot as usize) {
                 continue;
             }
             self.name(robot);
-            let (name, kind) = match act {
-                Act::Kill => ("kill", "kill"),
-                Act::Restart => ("restart", "kill"),
-                Act::Pause => ("pause", "pause"),
-                Act::Resume => ("resume", "pause"),
+            let (name, kind) = match action {
+                ProcessAction::Kill => ("kill", "kill"),
+                ProcessAction::Restart => ("restart", "kill"),
+                ProcessAction::Pause => ("pause", "pause"),
+                ProcessAction::Resume => ("resume", "pause"),
             };
             let args = json!({ "kind": kind, "tick": tick });
             self.arena.instant(Scope::Track, Track::robot(robot), began_ns, "fault", name, &args);

@@ -29,7 +29,7 @@ use transport::{
     frame_cache::Frames,
     raw::RawCommand,
     run_dir::{RunDir, RunLock, RunName},
-    services::{AgentPorts, ArenaPorts, Medium},
+    services::{AgentPorts, ArenaPorts, Session},
 };
 
 use super::{ALIVE_POLL, ANSWER_TIMEOUT, Floor, agents::Agents};
@@ -47,7 +47,7 @@ const DELIVERIES: u32 = 8;
 pub(crate) struct Idle {
     _agents: Agents,
     robots: Vec<ArenaPorts>,
-    _medium: Medium,
+    _medium: Session,
     bell: Doorbell,
     percept: Percept,
     frames: Frames,
@@ -79,7 +79,7 @@ impl Idle {
             })?;
         }
         drop(gate);
-        let medium = Medium::enter(&run.dir)?;
+        let medium = Session::enter(&run.dir)?;
         let plane = Mode::Lockstep.plane();
         let host = |index| medium.host(RobotId::first(index), plane).with_context(open_files);
         let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>()?;
@@ -164,7 +164,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
     let (run, arena) = RunDir::open(args.run.clone())?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the doorbell")?;
     let id = RobotId::first(args.robot);
-    let mut ports = Medium::enter(&run)?.join(id, Mode::Lockstep.plane())?;
+    let mut ports = Session::enter(&run)?.join(id, Mode::Lockstep.plane())?;
     footprint::trim();
     let mut percept = Percept::empty(0);
     let (mut seen, pid) = (bell.round(), process::id());

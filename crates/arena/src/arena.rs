@@ -19,14 +19,14 @@ use protocol::{
 use crate::{
     channel::{Channel, Crowding, Moment, Reception},
     digest::Digest,
-    fault::{FaultPlan, Passage, Strike, ledger::Line},
+    executor::{Executor, Sequential},
+    fault::{FaultPlan, Passage, ProcessFault, ledger::Line},
     field::Field,
     frame::Pose,
-    hands::{Alone, Hands},
-    hearing::Hearing,
     light::LightSensors,
     measurement::Measurement,
     metrics::{Metrics, Observer},
+    neighbor_tables::NeighborTables,
     odometry::Odometers,
     packets::Packets,
     placement::{self, PlacementError},
@@ -64,7 +64,7 @@ pub struct Arena {
     channel: Channel,
     measurement: Measurement,
     plan: FaultPlan,
-    hearing: Hearing,
+    hearing: NeighborTables,
     /// The tick that has been played last; `None` before the first.
     tick: Option<Tick>,
     /// What each robot does: its last command, once it has come into force.
@@ -107,7 +107,7 @@ impl Arena {
             channel: Channel::new(scenario),
             measurement: Measurement::new(&scenario.channel),
             plan: FaultPlan::new(scenario),
-            hearing: Hearing::new(scenario.robot_count(), timeout_ticks),
+            hearing: NeighborTables::new(scenario.robot_count(), timeout_ticks),
             tick: None,
             commands: vec![None; robots],
             lives: vec![None; robots],
@@ -129,9 +129,9 @@ impl Arena {
 
     /// What the fault plan does to agents just before the next tick; to be asked once before each.
     /// Robots that are `left_out` for good, which nobody planned, can no longer be struck.
-    pub fn strikes(&mut self, left_out: &[u32]) -> Vec<Strike> {
+    pub fn process_faults(&mut self, left_out: &[u32]) -> Vec<ProcessFault> {
         let tick = self.next_tick();
-        self.plan.strikes(tick, self.world.poses(), left_out)
+        self.plan.process_faults(tick, self.world.poses(), left_out)
     }
 
     /// One step of virtual time: bodies move as commanded, packets fly, and where a neighbor cycle
@@ -142,17 +142,17 @@ impl Arena {
     /// percept (or, at first, the command given at boot), or `None` from a robot whose agent is
     /// silent. A silent robot stands still, says nothing and hears nothing.
     pub fn tick(&mut self, answers: &[Option<Command>]) -> Option<&[Percept]> {
-        self.tick_by(&Alone, answers)
+        self.tick_by(&Sequential, answers)
     }
 
-    /// The same with `hands` that share the work.
-    pub fn tick_by(&mut self, hands: &impl Hands, answers: &[Option<Command>]) -> Option<&[Percept]> {
+    /// The same with `executor` that share the work.
+    pub fn tick_by(&mut self, executor: &impl Executor, answers: &[Option<Command>]) -> Option<&[Percept]> {
         assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
         let tick = self.next_tick();
         self.take_in(tick, answers);
         self.move_bodies(tick);
         self.tick = Some(tick);
-        self.play_channel(hands, tick);
+        self.play_channel(executor, tick);
         let begins_cycle = self.scenario.begins_cycle(tick);
         if begins_cycle {
             for robot in 0..self.percepts.len() {
@@ -306,7 +306,7 @@ impl Arena {
 
     /// Packets fly: what the channel lets through meets the fault plan, and what is left is
     /// measured and put into the receiver's inbox, now or later.
-    fn play_channel(&mut self, hands: &impl Hands, tick: Tick) {
+    fn play_channel(&mut self, executor: &impl Executor, tick: Tick) {
         let (mut said, mut receptions) = (mem::take(&mut self.said), mem::take(&mut self.receptions));
         said.clear();
         said.extend(self.commands.iter().map(|command| command.map(|command| command.packet)));
@@ -315,8 +315,8 @@ impl Arena {
         let moment = Moment { tick, cycle, time_s, poses: self.world.poses(), said: &said };
         let plan = &mut self.plan;
         let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet);
-        self.channel.play(hands, &moment, &mut self.packets, &mut transmit, &mut receptions);
-        self.measure(hands, &receptions);
+        self.channel.play(executor, &moment, &mut self.packets, &mut transmit, &mut receptions);
+        self.measure(executor, &receptions);
         for (robot, said) in said.iter().enumerate() {
             if said.is_none() {
                 self.inboxes[robot].clear();
@@ -370,7 +370,7 @@ impl Arena {
     }
 
     /// What the channel has let through, as its receivers measure it.
-    fn measure(&mut self, hands: &impl Hands, receptions: &[Reception]) {
+    fn measure(&mut self, executor: &impl Executor, receptions: &[Reception]) {
         let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed.get(), &self.measurement);
         let measured = |reception: &Reception| {
             let Reception { sender, receiver, number, packet, .. } = *reception;
@@ -378,7 +378,7 @@ impl Arena {
             measurement.of(packet, &poses[sender as usize], &poses[receiver as usize], draws)
         };
         self.measured.resize(receptions.len(), NOTHING_HEARD);
-        hands.share(&mut self.measured, |first, deliveries| {
+        executor.share(&mut self.measured, |first, deliveries| {
             for (slot, reception) in deliveries.iter_mut().zip(&receptions[first..]) {
                 *slot = measured(reception);
             }

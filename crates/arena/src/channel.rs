@@ -9,25 +9,25 @@
 //! ```
 
 mod access;
-mod air;
 pub mod closed_form;
 mod reach;
+mod timed;
 
 use protocol::{packet::Packet, percept::Tick};
 
-pub use air::Crowding;
+pub use timed::Crowding;
 
 use crate::{
+    executor::Executor,
     frame::Pose,
-    hands::Hands,
-    lists::Lists,
+    index_lists::IndexLists,
     packets::Packets,
     random::{Draws, Purpose},
 };
 use scenario::{Access, Scenario};
 
-use air::Air;
 use reach::{Reach, Reached};
+use timed::TimedChannel;
 
 /// What the channel has to know of a tick.
 #[derive(Clone, Copy, Debug)]
@@ -73,9 +73,9 @@ pub struct Channel {
 #[derive(Clone, Debug)]
 enum Medium {
     /// All packets at once and in no time, at the beginning of a cycle.
-    Instant(Instant),
+    Instant(InstantChannel),
     /// Packets last, and meet.
-    Timed(Box<Air>),
+    Timed(Box<TimedChannel>),
 }
 
 impl Channel {
@@ -83,8 +83,8 @@ impl Channel {
     pub fn new(scenario: &Scenario) -> Self {
         let reach = Reach::new(scenario);
         let medium = match scenario.channel.access {
-            None | Some(Access::Instant) => Medium::Instant(Instant::default()),
-            Some(_) => Medium::Timed(Box::new(Air::new(scenario, &reach))),
+            None | Some(Access::Instant) => Medium::Instant(InstantChannel::default()),
+            Some(_) => Medium::Timed(Box::new(TimedChannel::new(scenario, &reach))),
         };
         Self {
             reach,
@@ -96,10 +96,10 @@ impl Channel {
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
-    /// may change it. `hands` share what can be shared. Receptions are written over `received`, in the order of receivers, then of time.
+    /// may change it. `executor` share what can be shared. Receptions are written over `received`, in the order of receivers, then of time.
     pub fn play(
         &mut self,
-        hands: &impl Hands,
+        executor: &impl Executor,
         moment: &Moment<'_>,
         packets: &mut Packets,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
@@ -111,7 +111,7 @@ impl Channel {
                 if moment.cycle.is_some() {
                     self.reach.look(moment.poses, |robot| moment.said[robot].is_some());
                 }
-                instant.play(hands, &self.reach, moment, packets, transmit, received)
+                instant.play(executor, &self.reach, moment, packets, transmit, received)
             }
             Medium::Timed(air) => air.play(&mut self.reach, moment, packets, transmit, received),
         };
@@ -143,20 +143,20 @@ impl Channel {
 
 /// Every speaker is heard by all in reach. What is kept from one moment to the next is memory alone.
 #[derive(Clone, Debug, Default)]
-struct Instant {
+struct InstantChannel {
     spoken: Vec<Option<Packet>>,
     /// (receiver, sender)
     flights: Vec<(usize, usize)>,
-    senders: Lists,
+    senders: IndexLists,
     /// By sender.
     reached: Vec<Reached>,
 }
 
-impl Instant {
+impl InstantChannel {
     /// Returns how many pairs were looked at.
     fn play(
         &mut self,
-        hands: &impl Hands,
+        executor: &impl Executor,
         reach: &Reach,
         moment: &Moment<'_>,
         packets: &mut Packets,
@@ -166,7 +166,7 @@ impl Instant {
         let Some(cycle) = moment.cycle else { return 0 };
         let Self { spoken, flights, senders, reached } = self;
         reached.resize_with(moment.said.len(), Reached::default);
-        hands.share(reached, |first, reached| {
+        executor.share(reached, |first, reached| {
             for (sender, reached) in (first..).zip(reached) {
                 match moment.said[sender] {
                     Some(_) => reach.of(sender as u32, cycle, reached),

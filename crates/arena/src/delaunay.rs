@@ -10,12 +10,12 @@
 use robust::{Coord, incircle, orient2d};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation, handles::VertexHandle};
 
-use crate::{frame::ArenaPoint, lists::Lists};
+use crate::{frame::ArenaPoint, index_lists::IndexLists};
 
 /// Delaunay neighbors, and what tells whether they still are.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Delaunay {
-    neighbors: Lists,
+    neighbors: IndexLists,
     /// Which points count.
     counted: Vec<bool>,
     /// `None` if it is not worth looking at: no triangles, or two points on one spot.
@@ -82,7 +82,7 @@ impl Delaunay {
         let is_plain = spots.len() == sorted.len() && triangulation.num_inner_faces() > 0;
         let index_of = |vertex: VertexHandle<'_, Site>| spots[vertex.data().index][0].1;
         Self {
-            neighbors: Lists::grouped(points.len(), &entries),
+            neighbors: IndexLists::grouped(points.len(), &entries),
             counted: counted.to_vec(),
             mesh: is_plain.then(|| Mesh::of(&triangulation, index_of)),
         }
@@ -97,12 +97,12 @@ impl Delaunay {
     }
 
     /// For each point the indices of its neighbors, ascending.
-    pub(crate) fn neighbors(&self) -> &Lists {
+    pub(crate) fn neighbors(&self) -> &IndexLists {
         &self.neighbors
     }
 
     /// The same, without the means to follow them.
-    pub(crate) fn into_neighbors(self) -> Lists {
+    pub(crate) fn into_neighbors(self) -> IndexLists {
         self.neighbors
     }
 }

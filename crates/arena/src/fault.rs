@@ -1,12 +1,11 @@
 //! The fault plan: what goes wrong, to whom, and at which tick.
 //!
-//! A fault is a `Rule` with a window of ticks and a `Choice` of robots or links, made when it
+//! A fault is a `Rule` with a window of ticks and a `Target` of robots or links, made when it
 //! begins. Faults are asked in the order of the scenario, so a plan means one thing only. A new
 //! kind of fault is one file here and one line in `rule_of`. What each fault did is entered in its
 //! line of the ledger.
 
 mod burst;
-mod choice;
 mod corrupt;
 mod delay;
 mod duplicate;
@@ -15,13 +14,14 @@ mod kill;
 pub mod ledger;
 mod liar;
 mod loss;
-mod luck;
 mod motion;
 mod partition;
 mod pause;
+mod rng;
 mod rule;
 mod sensor;
 mod slow;
+mod target;
 
 use std::ops::Range;
 
@@ -37,23 +37,23 @@ use crate::{
 };
 use scenario::{FaultKind, FaultSpec, Scenario};
 
-use choice::{Choice, Scene};
 use ledger::Line;
-use luck::Luck;
+use rng::FaultRng;
 use rule::{Flight, Rule, Verdict};
+use target::{Scene, Target};
 
 /// Something the plan does to an agent's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Strike {
+pub struct ProcessFault {
     /// Index of the robot.
     pub robot: u32,
     /// What happens to its agent.
-    pub act: Act,
+    pub action: ProcessAction,
 }
 
 /// What can happen to an agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Act {
+pub enum ProcessAction {
     /// It is killed, and its memory with it.
     Kill,
     /// A new life of it begins, without memory.
@@ -69,12 +69,12 @@ pub enum Act {
 struct Fate {
     /// How often it has been restarted by plan.
     life: u32,
-    presence: Presence,
+    state: AgentState,
 }
 
 /// Whether an agent is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Presence {
+enum AgentState {
     #[default]
     Up,
     /// So many faults hold it.
@@ -107,11 +107,11 @@ pub struct FaultPlan {
 #[derive(Debug)]
 struct Fault {
     rule: Box<dyn Rule>,
-    choice: Choice,
+    target: Target,
     spec: FaultSpec,
     window: Range<Tick>,
     state: State,
-    luck: Luck,
+    rng: FaultRng,
     line: Line,
 }
 
@@ -131,12 +131,12 @@ impl FaultPlan {
             let window = begins..spec.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s));
             Fault {
                 rule: rule_of(spec, scenario),
-                choice: Choice::none(),
+                target: Target::none(),
                 spec: spec.clone(),
                 line: Line::new(spec.kind, window.clone()),
                 window,
                 state: State::ToCome,
-                luck: Luck { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
+                rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
             }
         };
         Self {
@@ -150,38 +150,38 @@ impl FaultPlan {
     /// it, in the order in which it happens.
     ///
     /// Robots that are `left_out` count as dead from here on.
-    pub fn strikes(&mut self, tick: Tick, poses: &[Pose], left_out: &[u32]) -> Vec<Strike> {
+    pub fn process_faults(&mut self, tick: Tick, poses: &[Pose], left_out: &[u32]) -> Vec<ProcessFault> {
         for &robot in left_out {
-            self.fates[robot as usize].presence = Presence::Down;
+            self.fates[robot as usize].state = AgentState::Down;
         }
-        let mut strikes = Vec::new();
+        let mut process_faults = Vec::new();
         let scene = Scene { poses, lamps: &self.lamps };
         // What ends makes room for what begins, in whichever order they are planned.
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
             if tick >= fault.window.end {
                 fault.state = State::Over;
-                fault.rule.end(fault.luck, &mut self.fates, &mut strikes, &mut fault.line);
+                fault.rule.end(fault.rng, &mut self.fates, &mut process_faults, &mut fault.line);
             }
         }
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::ToCome) {
             if fault.window.contains(&tick) {
                 fault.state = State::Active;
-                fault.choice = Choice::made(&fault.spec, &scene, fault.luck);
+                fault.target = Target::made(&fault.spec, &scene, fault.rng);
                 fault.rule.look(&scene);
-                fault.rule.begin(tick, &fault.choice, &mut self.fates, &mut strikes, &mut fault.line);
+                fault.rule.begin(tick, &fault.target, &mut self.fates, &mut process_faults, &mut fault.line);
             }
         }
-        strikes
+        process_faults
     }
 
     /// Whether the plan lets this robot's agent be.
     pub fn is_up(&self, robot: u32) -> bool {
-        self.fates[robot as usize].presence == Presence::Up
+        self.fates[robot as usize].state == AgentState::Up
     }
 
     /// Whether the plan has paused this robot's agent.
     pub fn is_paused(&self, robot: u32) -> bool {
-        matches!(self.fates[robot as usize].presence, Presence::Paused { .. })
+        matches!(self.fates[robot as usize].state, AgentState::Paused { .. })
     }
 
     /// Whether no fault is at work just now.
@@ -208,13 +208,13 @@ impl FaultPlan {
         let mut made = 1;
         let mut lost = 0;
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
-            if !fault.rule.chooses_itself() && !fault.choice.links(sender, receiver) {
+            if !fault.rule.chooses_itself() && !fault.target.links(sender, receiver) {
                 continue;
             }
             let mut left: Vec<(Packet, Tick)> = Vec::with_capacity(under_way.len());
             for (copy, (packet, late)) in (0..).zip(under_way) {
                 let flight = Flight { reception: Reception { packet, ..*reception }, receiver_at };
-                let verdict = fault.rule.judge(&flight, fault.luck.of_copy(copy));
+                let verdict = fault.rule.judge(&flight, fault.rng.of_copy(copy));
                 let over_bound = matches!(verdict, Verdict::Repeat(_)) && made == COPIES_MAX;
                 match (verdict.entry(), over_bound) {
                     (Some(_), true) => {
@@ -242,7 +242,7 @@ impl FaultPlan {
     /// What robot `robot` senses.
     pub fn sensed(&mut self, tick: Tick, robot: u32, light: &mut Light) {
         for fault in self.active_on(robot) {
-            if fault.rule.sense(tick, robot, fault.luck, light) {
+            if fault.rule.sense(tick, robot, fault.rng, light) {
                 fault.line.did(tick, "readings falsified", robot);
             }
         }
@@ -278,7 +278,7 @@ impl FaultPlan {
     }
 
     fn active_on(&mut self, robot: u32) -> impl Iterator<Item = &mut Fault> {
-        self.faults.iter_mut().filter(move |fault| fault.state == State::Active && fault.choice.robot(robot))
+        self.faults.iter_mut().filter(move |fault| fault.state == State::Active && fault.target.robot(robot))
     }
 }
 

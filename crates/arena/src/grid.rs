@@ -3,7 +3,7 @@
 
 use std::mem;
 
-use crate::{frame::ArenaPoint, lists::Lists};
+use crate::{frame::ArenaPoint, index_lists::IndexLists};
 
 /// Points sorted into square cells.
 #[derive(Clone, Debug, Default)]
@@ -12,7 +12,7 @@ pub(crate) struct Grid {
     columns: usize,
     rows: usize,
     /// The points of each cell, row by row.
-    cells: Lists,
+    cells: IndexLists,
     /// (cell, point), while it is sorted.
     entries: Vec<(usize, usize)>,
 }

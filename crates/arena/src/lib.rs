@@ -7,24 +7,24 @@
 #![forbid(unsafe_code)]
 
 pub mod arena;
-pub mod caution;
 pub mod channel;
 mod contacts;
 mod delaunay;
 pub mod digest;
+pub mod executor;
 pub mod fault;
 pub mod field;
 pub mod frame;
 mod grid;
-pub mod hands;
-pub mod hearing;
+pub mod index_lists;
 pub mod light;
-pub mod lists;
 pub mod measurement;
 pub mod metrics;
+pub mod neighbor_tables;
 pub mod odometry;
 pub mod packets;
 pub mod placement;
+pub mod plan_warnings;
 pub mod random;
 pub mod recovery;
 pub mod voronoi;

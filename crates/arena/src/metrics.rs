@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     field::Field,
     frame::{ArenaPoint, Pose},
-    hearing::Hearing,
+    neighbor_tables::NeighborTables,
     packets::Packets,
     recovery::Disturbance,
     voronoi::{cell_in_arena, delaunay_neighbors},
@@ -106,7 +106,7 @@ pub struct Observer<'a> {
     /// φ.
     pub field: &'a Field,
     /// Who knows of whom.
-    pub hearing: &'a Hearing,
+    pub hearing: &'a NeighborTables,
     /// Size of the arena.
     pub size_m: [f64; 2],
     /// How many robots the plan has paused.

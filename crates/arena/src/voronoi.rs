@@ -5,7 +5,7 @@
 //! robots build themselves. Delaunay is spade's (exact predicates); cells are cut by the same code
 //! as the robots'.
 
-use crate::{delaunay::Delaunay, frame::ArenaPoint, lists::Lists};
+use crate::{delaunay::Delaunay, frame::ArenaPoint, index_lists::IndexLists};
 use coverage::{
     cell::{HalfPlanes, local_cell},
     half_plane::HalfPlane,
@@ -27,7 +27,7 @@ const UNUSED_CLOSURE: Closure = {
 /// neighbors inside the arena; the excess ones cut nothing.
 ///
 /// Points at exactly the same spot share their neighbors, and are each other's.
-pub fn delaunay_neighbors(points: &[ArenaPoint]) -> Lists {
+pub fn delaunay_neighbors(points: &[ArenaPoint]) -> IndexLists {
     Delaunay::of(points, &vec![true; points.len()]).into_neighbors()
 }
 

@@ -5,9 +5,9 @@
 use arena::{
     Arena,
     channel::{Channel, Moment},
-    fault::{Act, Strike},
+    executor::Sequential,
+    fault::{ProcessAction, ProcessFault},
     frame::{ArenaPoint, Pose},
-    hands::Alone,
     packets::Packets,
 };
 use coverage::controller::Controller;
@@ -33,10 +33,10 @@ fn play(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, &[Option<
     let mut paused = vec![false; controllers.len()];
     let mut arena = Arena::new(scenario).unwrap();
     for _ in 0..=ticks {
-        for Strike { robot, act } in arena.strikes(&[]) {
-            assert!(matches!(act, Act::Pause | Act::Resume), "nobody here is killed");
-            paused[robot as usize] = act == Act::Pause;
-            if act == Act::Pause {
+        for ProcessFault { robot, action } in arena.process_faults(&[]) {
+            assert!(matches!(action, ProcessAction::Pause | ProcessAction::Resume), "nobody here is killed");
+            paused[robot as usize] = action == ProcessAction::Pause;
+            if action == ProcessAction::Pause {
                 commands[robot as usize] = None;
             }
         }
@@ -157,7 +157,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
         let mut minds = [0, 1].map(|index| Controller::new(RobotId::first(index), setup));
         let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         for tick in 0..200 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let percepts = arena.tick(&commands).unwrap().to_vec();
             were.push(truly(arena.poses()));
             for delivery in &percepts[0].deliveries {
@@ -185,7 +185,7 @@ fn ends(scenario: &Scenario, ticks: Tick) -> Vec<Tick> {
     for tick in 0..=ticks {
         let cycle = scenario.begins_cycle(tick).then(|| scenario.cycle_of(tick));
         let moment = Moment { tick, cycle, time_s: tick as f64 * 0.1, poses: &poses, said: &said };
-        channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+        channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
         ends.extend(received.iter().filter(|heard| heard.sender == 1).map(|_| tick));
     }
     ends

@@ -4,8 +4,8 @@
 
 use arena::{
     channel::{Channel, Moment, Reception, closed_form::delivered_share},
+    executor::Sequential,
     frame::{ArenaPoint, Pose},
-    hands::Alone,
     packets::Packets,
     random::{Draws, Purpose},
 };
@@ -50,7 +50,7 @@ fn play_at(
     let (mut packets, mut received) = (Packets::default(), Vec::new());
     for tick in 0..cycles {
         let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses, said: &said };
-        channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+        channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
         heard(&received);
         packets.check().unwrap();
     }
@@ -493,7 +493,7 @@ fn a_restarted_robot_sends_by_its_old_clock_until_the_cycle_after_its_next_packe
                 .map(|sender| Some(Packet { sender, sequence: 0, light: 0.0 }));
             let moment =
                 Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &together(2), said: &said };
-            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+            channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
             sent_s.extend(received.iter().filter(|heard| heard.sender == 0).map(|heard| heard.sent_s));
         }
         let gaps: Vec<f64> = sent_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -525,7 +525,7 @@ fn who_is_in_reach_is_decided_at_the_end_of_the_tick_in_which_a_packet_starts() 
                 [0.1, if is_near { 0.5 } else { 0.9 }].map(|x| Pose::unturned(ArenaPoint::new(x, 0.5)));
             let moment =
                 Moment { tick, cycle: None, time_s: tick as f64 * STEP_S, poses: &poses, said: &said };
-            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut received);
+            channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
             heard.extend(received.iter().filter(|heard| heard.sender == 0).map(|heard| (heard.sent_s, tick)));
         }
         heard
@@ -579,7 +579,7 @@ fn packets_meet_across_the_borders_of_cycles_and_ticks() {
         for tick in 0..=ticks {
             let time_s = tick as f64 * step_s;
             let moment = Moment { tick, cycle: None, time_s, poses: &poses, said: &said };
-            channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
+            channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
             all.extend(heard.iter().map(|heard| (heard.number, heard.sender, heard.receiver)));
         }
         all.sort_unstable();
@@ -608,7 +608,7 @@ fn the_cost_of_a_tick_grows_with_packets_heard_and_not_with_pairs() {
             for tick in 0..4 {
                 let time_s = tick as f64 * 0.25;
                 let moment = Moment { tick, cycle: Some(tick), time_s, poses: &poses, said: &said };
-                channel.play(&Alone, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
+                channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut heard);
             }
             channel.examined() as f64 / packets.in_range as f64
         };

@@ -4,11 +4,11 @@
 
 use arena::{
     Arena,
-    caution::cautions,
     channel::Reception,
-    fault::{Act, FaultPlan, Passage, Strike},
+    fault::{FaultPlan, Passage, ProcessAction, ProcessFault},
     frame::{ArenaPoint, Pose},
     placement,
+    plan_warnings::warnings,
 };
 use protocol::{command::Command, frame::BodyVector, packet::Packet, percept::Tick, robot_id::RobotId};
 use scenario::Scenario;
@@ -57,10 +57,10 @@ fn run(
     let mut arena = Arena::new(scenario).unwrap();
     let mut commands = everyone();
     for _ in 0..=ticks {
-        for Strike { robot, act } in arena.strikes(&[]) {
-            commands[robot as usize] = match act {
-                Act::Kill | Act::Pause => None,
-                Act::Restart | Act::Resume => still(robot),
+        for ProcessFault { robot, action } in arena.process_faults(&[]) {
+            commands[robot as usize] = match action {
+                ProcessAction::Kill | ProcessAction::Pause => None,
+                ProcessAction::Restart | ProcessAction::Resume => still(robot),
             };
         }
         let percepts = arena.tick(&commands).map(<[_]>::to_vec);
@@ -89,7 +89,7 @@ fn begun(faults: &str) -> FaultPlan {
     let scenario = scenario(faults);
     let poses = placement::start(&scenario).unwrap();
     let mut plan = FaultPlan::new(&scenario);
-    plan.strikes(0, &poses, &[]);
+    plan.process_faults(0, &poses, &[]);
     plan
 }
 
@@ -287,9 +287,9 @@ mod packets {
             let scenario = scenario(&format!("[[fault]]\n{fault}\n{disc}"));
             let mut poses = placement::start(&scenario).unwrap();
             let mut plan = FaultPlan::new(&scenario);
-            plan.strikes(0, &poses, &[]);
+            plan.process_faults(0, &poses, &[]);
             poses.swap(0, 9);
-            plan.strikes(1, &poses, &[]);
+            plan.process_faults(1, &poses, &[]);
             plan
         };
         let lost = |plan: &mut FaultPlan, sender: u32, receiver: u32| {
@@ -394,13 +394,17 @@ mod packets {
 mod agents {
     use super::*;
 
-    fn strikes(faults: &str, ticks: impl IntoIterator<Item = Tick>) -> Vec<(Tick, Strike)> {
+    fn process_faults(faults: &str, ticks: impl IntoIterator<Item = Tick>) -> Vec<(Tick, ProcessFault)> {
         let scenario = scenario(faults);
         let poses = placement::start(&scenario).unwrap();
         let mut plan = FaultPlan::new(&scenario);
         ticks
             .into_iter()
-            .flat_map(|tick| plan.strikes(tick, &poses, &[]).into_iter().map(move |strike| (tick, strike)))
+            .flat_map(|tick| {
+                plan.process_faults(tick, &poses, &[])
+                    .into_iter()
+                    .map(move |process_fault| (tick, process_fault))
+            })
             .collect()
     }
 
@@ -408,11 +412,15 @@ mod agents {
     fn agents_are_killed_and_half_of_them_restarted_at_the_planned_ticks() {
         let faults =
             "[[fault]]\nkind = \"kill\"\nat_s = 1\nrestart_at_s = 2\nrestart_share = 0.5\nrobots = \"2-5\"";
-        let all = strikes(faults, 0..100);
-        let killed: Vec<_> = all.iter().filter(|(_, strike)| strike.act == Act::Kill).collect();
+        let all = process_faults(faults, 0..100);
+        let killed: Vec<_> =
+            all.iter().filter(|(_, process_fault)| process_fault.action == ProcessAction::Kill).collect();
         assert_eq!(killed.len(), 4);
-        assert!(killed.iter().all(|(tick, strike)| *tick == 10 && (2..=5).contains(&strike.robot)));
-        let restarted: Vec<_> = all.iter().filter(|(_, strike)| strike.act == Act::Restart).collect();
+        assert!(
+            killed.iter().all(|(tick, process_fault)| *tick == 10 && (2..=5).contains(&process_fault.robot))
+        );
+        let restarted: Vec<_> =
+            all.iter().filter(|(_, process_fault)| process_fault.action == ProcessAction::Restart).collect();
         assert_eq!(restarted.len(), 2);
         assert!(restarted.iter().all(|(tick, _)| *tick == 20));
     }
@@ -433,13 +441,13 @@ mod agents {
             kind = \"kill\"
             at_s = 4
             share = 1.0";
-        let all = strikes(faults, 0..100);
+        let all = process_faults(faults, 0..100);
         let of_1: Vec<_> = all
             .iter()
-            .filter(|(_, strike)| strike.robot == 1)
-            .map(|(tick, strike)| (*tick, strike.act))
+            .filter(|(_, process_fault)| process_fault.robot == 1)
+            .map(|(tick, process_fault)| (*tick, process_fault.action))
             .collect();
-        assert_eq!(of_1, [(10, Act::Pause), (20, Act::Kill)]);
+        assert_eq!(of_1, [(10, ProcessAction::Pause), (20, ProcessAction::Kill)]);
         assert_eq!(all.len(), 2 + 9);
     }
 
@@ -447,7 +455,7 @@ mod agents {
     fn a_share_is_drawn_at_random_or_nearest_to_the_lamps() {
         let killed = |pick: &str| -> Vec<u32> {
             let faults = format!("[[fault]]\nkind = \"kill\"\nat_s = 1\nshare = 0.3\n{pick}");
-            strikes(&faults, 0..20).iter().map(|(_, strike)| strike.robot).collect()
+            process_faults(&faults, 0..20).iter().map(|(_, process_fault)| process_fault.robot).collect()
         };
         assert_eq!(killed("pick = \"nearest-lamps\""), [0, 1, 2]);
         assert_eq!(killed("").len(), 3);
@@ -476,7 +484,7 @@ mod agents {
         let mut arena = Arena::new(&scenario(faults)).unwrap();
         let mut moved = [0, 0];
         for tick in 0..40_u64 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let mut commands = everyone();
             if tick > 20 {
                 // Up, so that nobody is in the way.
@@ -498,7 +506,7 @@ mod agents {
         let faults = "robots.drive = \"differential\"\n[[fault]]\nkind = \"slow\"\nrobots = 1\ndelay_s = 0.5";
         let mut arena = Arena::new(&scenario(faults)).unwrap();
         for tick in 0..20_u64 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let mut commands = everyone();
             // To the left, said in six ticks before the first of them comes into force.
             if (1..=6).contains(&tick) {
@@ -536,7 +544,7 @@ mod bodies {
         let mut arena = Arena::new(&scenario(faults)).unwrap();
         let mut readings = Vec::new();
         for _ in 0..12 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let mut commands = everyone();
             commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
             readings.push(arena.tick(&commands).unwrap()[0].light);
@@ -561,7 +569,7 @@ mod bodies {
         let mut commands = everyone();
         commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
         for _ in 0..=10 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             arena.tick(&commands);
         }
         assert_eq!(arena.poses()[0].position, ArenaPoint::new(0.1, 0.5));
@@ -579,7 +587,7 @@ mod bodies {
             let mut commands = everyone();
             commands[1].as_mut().unwrap().velocity = BodyVector::new(0.2, 0.3);
             for _ in 0..=1 {
-                arena.strikes(&[]);
+                arena.process_faults(&[]);
                 arena.tick(&commands);
             }
             arena.poses()[1].position - ArenaPoint::new(0.2, 0.5)
@@ -608,7 +616,7 @@ mod bodies {
             let mut commands = vec![still(0), still(1).filter(|_| !silent)];
             commands[0].as_mut().unwrap().velocity = BodyVector::new(0.2, 0.0);
             for _ in 0..=20 {
-                for Strike { robot, .. } in arena.strikes(&[]) {
+                for ProcessFault { robot, .. } in arena.process_faults(&[]) {
                     commands[robot as usize] = None;
                 }
                 arena.tick(&commands);
@@ -637,7 +645,7 @@ mod bodies {
         let mut arena = Arena::new(&scenario(fault)).unwrap();
         let healthy = Arena::new(&scenario("")).unwrap().tick(&everyone()).unwrap()[0].light.value;
         for _ in 0..100 {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let mut commands = everyone();
             commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.03);
             readings.push(arena.tick(&commands).unwrap()[0].light.value - healthy - 100.0);
@@ -683,7 +691,7 @@ mod plans {
         scenario.channel.range_m = scenario::Positive::new(0.85);
         let poses = placement::start(&scenario).unwrap();
         assert_eq!(
-            cautions(&scenario, &poses),
+            warnings(&scenario, &poses),
             [
                 "row:13: fault 0 (loss): link 0->9 is beyond range at the start: 0.90 m, channel.range_m is 0.85",
                 "row:17: fault 1 (jam): begins at 200 s, after the end of the run (100 s)",
@@ -711,7 +719,7 @@ mod plans {
             delay_s = 9.0";
         let told = |cycles: &str| {
             let scenario = scenario(&format!("{cycles}{faults}"));
-            cautions(&scenario, &placement::start(&scenario).unwrap())
+            warnings(&scenario, &placement::start(&scenario).unwrap())
         };
         assert_eq!(
             told(""),

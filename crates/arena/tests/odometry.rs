@@ -36,7 +36,7 @@ fn bearings_off(scenario: &Scenario) -> (f64, f64) {
     let mut arena = Arena::new(scenario).unwrap();
     let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
     for _ in 0..=scenario.ticks() {
-        arena.strikes(&[]);
+        arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
         let answers = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
         commands = answers.collect();
@@ -84,7 +84,7 @@ fn a_delayed_packet_is_carried_along_from_its_arrival() {
     let mut arena = Arena::new(&scenario).unwrap();
     let mut seen = 0;
     for tick in 0..=scenario.ticks() {
-        arena.strikes(&[]);
+        arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
         commands = [0, 1].map(|robot: usize| Some(minds[robot].step(&percepts[robot])));
         commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 1e-9);
@@ -118,7 +118,7 @@ fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
     let mut lives = [RobotId::first(0), RobotId::first(1)];
     let mut readings = Vec::new();
     for tick in 0..=scenario.ticks() {
-        arena.strikes(&[]);
+        arena.process_faults(&[]);
         if tick == 10 {
             lives[1] = lives[1].reborn();
         }

@@ -11,7 +11,7 @@ use crate::{
     law,
     neighbors::NeighborTable,
     polygon::Polygon,
-    watch::{Stage, Watcher},
+    stage_observer::{Stage, StageObserver},
 };
 
 /// The mind of one robot: what it remembers between ticks.
@@ -49,15 +49,15 @@ impl Controller {
         self.step_watched(percept, &mut ())
     }
 
-    /// The same under the eyes of `watcher`, who changes nothing.
-    pub fn step_watched(&mut self, percept: &Percept, watcher: &mut impl Watcher) -> Command {
+    /// The same under the eyes of `stages`, who changes nothing.
+    pub fn step_watched(&mut self, percept: &Percept, stages: &mut impl StageObserver) -> Command {
         self.hear(percept);
-        watcher.passed(Stage::Neighbors);
+        stages.passed(Stage::Neighbors);
         let mut cell = Polygon::new();
         self.cut_cell(&mut cell, percept);
-        watcher.passed(Stage::Cell);
-        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, watcher);
-        watcher.passed(Stage::Centroid);
+        stages.passed(Stage::Cell);
+        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
+        stages.passed(Stage::Centroid);
         let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
         Command { estimated_error: goal, velocity, packet: self.next_packet(percept.light.value) }
     }
@@ -338,7 +338,7 @@ mod tests {
     /// Notes what it is told.
     struct Notes(Vec<Stage>);
 
-    impl Watcher for Notes {
+    impl StageObserver for Notes {
         fn passed(&mut self, stage: Stage) {
             self.0.push(stage);
         }

@@ -16,30 +16,30 @@ use protocol::{
 
 use crate::{
     neighbors::NeighborTable,
-    watch::{Stage, Watcher},
+    stage_observer::{Stage, StageObserver},
 };
 
 /// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay. An empty cell has none.
 ///
-/// Tells `watcher` of [`Stage::Truncation`] once, at once where nothing is truncated; what comes after it is the
+/// Tells `stages` of [`Stage::Truncation`] once, at once where nothing is truncated; what comes after it is the
 /// centroid's.
 pub fn goal(
     cell: &[Vector2<f64>],
     percept: &Percept,
     neighbors: &NeighborTable,
     setup: &ControllerSetup,
-    watcher: &mut impl Watcher,
+    stages: &mut impl StageObserver,
 ) -> Option<BodyVector> {
     let truncates = matches!(setup.law, Law::Linear | Law::Quadratic);
     if cell.is_empty() || !truncates {
-        watcher.passed(Stage::Truncation);
+        stages.passed(Stage::Truncation);
     }
     if cell.is_empty() {
         return None;
     }
     match setup.law {
-        Law::Linear => linear::goal(cell, &percept.light, setup.gradient, watcher),
-        Law::Quadratic => quadratic::goal(cell, &percept.light, neighbors, setup.gradient, watcher),
+        Law::Linear => linear::goal(cell, &percept.light, setup.gradient, stages),
+        Law::Quadratic => quadratic::goal(cell, &percept.light, neighbors, setup.gradient, stages),
         Law::Uniform => uniform::goal(cell),
         Law::Exact => exact::goal(cell, &percept.field),
     }

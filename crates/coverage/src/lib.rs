@@ -30,7 +30,7 @@ pub mod quadratic_field;
 pub mod quadrature;
 pub mod refinement;
 pub mod sensory_field;
+pub mod stage_observer;
 pub mod third_moments;
-pub mod watch;
 
 pub use controller::Controller;

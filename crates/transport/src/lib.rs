@@ -5,9 +5,9 @@
 
 #![deny(unsafe_code)]
 
+pub mod clock;
 pub mod codec;
 pub mod control;
-pub mod cycles;
 pub mod doorbell;
 pub mod footprint;
 pub mod frame_cache;

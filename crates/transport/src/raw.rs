@@ -8,7 +8,7 @@
 
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::cycles::Stamp;
+use crate::clock::Stamp;
 use protocol::{
     command::Command,
     frame::BodyVector,
@@ -136,7 +136,7 @@ pub struct RawPercept {
 }
 const _: () = assert!(size_of::<RawPercept>() == 72 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
 
-/// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::cycles::Clock) of the
+/// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::clock::Clock) of the
 /// machine. Nobody depends on these numbers: they are for who looks at the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]

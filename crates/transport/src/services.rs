@@ -72,7 +72,7 @@ fn not_opened(robot: RobotId, reason: &dyn fmt::Debug) -> ServiceError {
 
 /// One process's access to the services of one run.
 #[derive(Debug)]
-pub struct Medium {
+pub struct Session {
     node: Node<ipc::Service>,
 }
 
@@ -97,7 +97,7 @@ enum AgentEnds {
     PublishSubscribe(publish_subscribe::AgentPorts),
 }
 
-impl Medium {
+impl Session {
     /// Enters the run. Blocks for nothing but the file system.
     pub fn enter(run: &RunDir) -> Result<Self, ServiceError> {
         // Our own errors say what matters; iceoryx2 would print each of its steps.
@@ -199,7 +199,7 @@ fn dead_nodes(service: &impl PortFactory<Service = ipc::Service>) -> BTreeSet<St
 /// iceoryx2 removes a dead node too, but searches all files of a run several times for it: 3.8 ms at
 /// 100 robots, and that grows with them. This goes through the files once for all `lives`: 1.2 ms
 /// for one, 40 ms for all 100 at once.
-pub fn bury(run: &RunDir, lives: Vec<ArenaPorts>) {
+pub fn remove_dead_files(run: &RunDir, lives: Vec<ArenaPorts>) {
     let marks: BTreeSet<String> = lives.iter().flat_map(ArenaPorts::marks).collect();
     drop(lives);
     if marks.is_empty() {
@@ -312,9 +312,9 @@ mod tests {
         for plane in PLANES {
             let (run, owner) = run("roundtrip");
             let robot = RobotId::first(0);
-            let arena = Medium::enter(&run).unwrap();
+            let arena = Session::enter(&run).unwrap();
             let mut host = arena.host(robot, plane).unwrap();
-            let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
             let (mut read, mut frames) = (Percept::empty(0), Frames::of(DELIVERIES_MAX));
             assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}");
             assert_eq!(host.receive(), Ok(None), "{plane:?}");
@@ -342,9 +342,9 @@ mod tests {
         for plane in PLANES {
             let (run, owner) = run("again");
             let robot = RobotId::first(0);
-            let arena = Medium::enter(&run).unwrap();
+            let arena = Session::enter(&run).unwrap();
             let mut host = arena.host(robot, plane).unwrap();
-            let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
             let (mut read, mut frames) = (Percept::empty(0), Frames::of(1));
             for _ in 0..2 {
                 host.send(&percept(3, 1, 1, 0), &mut frames).unwrap();
@@ -363,11 +363,11 @@ mod tests {
         for plane in PLANES {
             let (run, owner) = run("mixture");
             let robot = RobotId::first(0);
-            let arena = Medium::enter(&run).unwrap();
+            let arena = Session::enter(&run).unwrap();
             let mut host = arena.host(robot, plane).unwrap();
             std::thread::scope(|scope| {
                 let reader = scope.spawn(|| {
-                    let mut agent = Medium::enter(&run).unwrap().join(robot, plane).unwrap();
+                    let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
                     let (mut read, mut newest) = (Percept::empty(0), 0);
                     for _ in 0..200 {
                         while agent.receive(&mut read).unwrap() != Some(Ok(0)) {}
@@ -413,7 +413,7 @@ mod tests {
         let Ok(name) = std::env::var("LAMPLIGHT_TEST_RUN") else { return };
         let plane = PLANES[usize::from(std::env::var("LAMPLIGHT_TEST_PLANE").unwrap() != "0")];
         let run = RunDir::of(name.parse().unwrap());
-        let mut agent = Medium::enter(&run).unwrap().join(RobotId::first(0), plane).unwrap();
+        let mut agent = Session::enter(&run).unwrap().join(RobotId::first(0), plane).unwrap();
         agent.send(RawCommand::new(0, &command(0), 1)).unwrap();
         std::thread::sleep(Duration::from_secs(60));
     }
@@ -422,7 +422,7 @@ mod tests {
     fn nothing_is_left_of_a_life_that_was_killed() {
         for (at, plane) in PLANES.into_iter().enumerate() {
             let (run, owner) = run("killed");
-            let arena = Medium::enter(&run).unwrap();
+            let arena = Session::enter(&run).unwrap();
             let neighbor = arena.host(RobotId::first(1), plane).unwrap();
             let before = files(&run);
             let mut ports = arena.host(RobotId::first(0), plane).unwrap();
@@ -441,9 +441,9 @@ mod tests {
             agent.kill().unwrap();
             agent.wait().unwrap();
             assert!(files(&run).len() > before.len() + 10, "{plane:?}: it has left something");
-            bury(&run, Vec::new());
+            remove_dead_files(&run, Vec::new());
             assert!(files(&run).len() > before.len() + 10, "{plane:?}: its life is not said to be over yet");
-            bury(&run, vec![ports]);
+            remove_dead_files(&run, vec![ports]);
             assert_eq!(files(&run), before, "{plane:?}");
             // The next life of the robot has room, though the dead one's place stays taken to the end.
             let _next = arena.host(RobotId::first(0).reborn(), plane).unwrap();
@@ -457,11 +457,11 @@ mod tests {
         for plane in PLANES {
             let (run, owner) = run("taken");
             let robot = RobotId::first(0);
-            let arena = Medium::enter(&run).unwrap();
+            let arena = Session::enter(&run).unwrap();
             let _host = arena.host(robot, plane).unwrap();
-            let first = Medium::enter(&run).unwrap();
+            let first = Session::enter(&run).unwrap();
             let _agent = first.join(robot, plane).unwrap();
-            let second = Medium::enter(&run).unwrap();
+            let second = Session::enter(&run).unwrap();
             assert_eq!(second.join(robot, plane).unwrap_err(), ServiceError::Taken(robot), "{plane:?}");
             run.remove_own(owner).unwrap();
         }
@@ -471,7 +471,7 @@ mod tests {
     fn an_agent_for_an_unknown_robot_is_told_so() {
         for plane in PLANES {
             let (run, owner) = run("unknown");
-            let medium = Medium::enter(&run).unwrap();
+            let medium = Session::enter(&run).unwrap();
             let robot = RobotId::first(50);
             assert_eq!(medium.join(robot, plane).unwrap_err(), ServiceError::Unknown(robot), "{plane:?}");
             run.remove_own(owner).unwrap();

@@ -3,7 +3,7 @@
 use std::{cmp::Ordering, collections::HashMap};
 
 use arena_daemon::{
-    live::{Phase, Robot, Snapshot, Standing, Waited},
+    live::{Participation, Phase, Robot, Snapshot, Waited},
     profile::{Quantiles, Stage},
 };
 use ratatui::{
@@ -133,7 +133,7 @@ impl View<'_> {
 
     fn head(&self) -> Vec<Line<'static>> {
         let Snapshot { of, tick, ticks, time_s, wall_s, mean_error_m, packets, .. } = self.snapshot;
-        let (alive, all) = (self.snapshot.count(Standing::Present), self.snapshot.robots.len());
+        let (alive, all) = (self.snapshot.count(Participation::Present), self.snapshot.robots.len());
         let mode = format!("{:?}", of.mode).to_lowercase();
         let (rate, factor) = match self.rate {
             Some(rate) => (format!("{:.0} ticks/s", rate.ticks_per_s), Some(rate.real_time_factor)),
@@ -210,13 +210,13 @@ impl View<'_> {
                 robot.id.index,
                 u32::from(robot.id.incarnation) + 1,
                 robot.pid.map_or_else(dash, |pid| pid.to_string()),
-                state.unwrap_or_else(|| robot.standing.name().into()),
+                state.unwrap_or_else(|| robot.participation.name().into()),
                 robot.missed_deadlines,
                 robot.refused,
             );
-            match (waited, robot.standing) {
+            match (waited, robot.participation) {
                 (Some(_), _) => Line::from(line).red().bold(),
-                (None, Standing::Present) => Line::from(line),
+                (None, Participation::Present) => Line::from(line),
                 (None, _) => Line::from(line).dim(),
             }
         };

@@ -31,7 +31,7 @@ use signal_hook::{
     low_level::raise,
 };
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, stdout::say};
 
 /// Time between two looks at the run.
 const EVERY: Duration = Duration::from_millis(200);

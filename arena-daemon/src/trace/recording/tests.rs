@@ -221,8 +221,8 @@ fn a_fault_begins_and_ends_once_and_strikes_the_robots_it_strikes() {
     let mut arena = arena::Arena::new(&scenario).unwrap();
     let mut traced = Traced::new(3, 1 << 20, |_| true);
     for tick in 0..8 {
-        let strikes = arena.strikes(&[]);
-        traced.recording.tick_begins(tick, &strikes);
+        let process_faults = arena.process_faults(&[]);
+        traced.recording.tick_begins(tick, &process_faults);
         arena.tick(&[None; 3]);
         traced.recording.tick_ends(arena.ledger());
     }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use crate::channel::Reception;
@@ -53,9 +53,9 @@ impl Burst {
 }
 
 impl Rule for Burst {
-    fn judge(&mut self, flight: &Flight, luck: Luck) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
         let Reception { sender, receiver, number, .. } = flight.reception;
-        let mut draws = luck.of(&flight.reception);
+        let mut draws = rng.of(&flight.reception);
         let before = self.links.get(&(sender, receiver)).copied();
         let bad = draws.chance(self.chance_of_bad(before, number));
         self.links.insert((sender, receiver), Link { number, bad });

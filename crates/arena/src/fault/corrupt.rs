@@ -3,7 +3,7 @@
 use protocol::packet::Packet;
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use crate::random::Draws;
@@ -28,8 +28,8 @@ impl Corrupt {
 }
 
 impl Rule for Corrupt {
-    fn judge(&mut self, flight: &Flight, luck: Luck) -> Verdict {
-        let mut draws = luck.of(&flight.reception);
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        let mut draws = rng.of(&flight.reception);
         if !draws.chance(self.probability) {
             return Verdict::Pass;
         }

@@ -3,7 +3,7 @@
 use protocol::percept::Tick;
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use scenario::{FaultSpec, Scenario};
@@ -26,8 +26,8 @@ impl Delay {
 }
 
 impl Rule for Delay {
-    fn judge(&mut self, flight: &Flight, luck: Luck) -> Verdict {
-        let late_s = self.delay_s + self.jitter_s * luck.of(&flight.reception).unit();
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        let late_s = self.delay_s + self.jitter_s * rng.of(&flight.reception).unit();
         Verdict::Delay((late_s / self.step_s).round() as Tick)
     }
 }

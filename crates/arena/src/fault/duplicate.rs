@@ -3,7 +3,7 @@
 use protocol::percept::Tick;
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use scenario::{FaultSpec, Scenario};
@@ -24,8 +24,8 @@ impl Duplicate {
 }
 
 impl Rule for Duplicate {
-    fn judge(&mut self, flight: &Flight, luck: Luck) -> Verdict {
-        match luck.of(&flight.reception).chance(self.probability) {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        match rng.of(&flight.reception).chance(self.probability) {
             true => Verdict::Repeat(self.delay),
             false => Verdict::Pass,
         }

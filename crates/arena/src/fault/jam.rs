@@ -1,7 +1,7 @@
 //! `jam`: nobody inside a disc hears anything.
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use crate::frame::ArenaPoint;
@@ -23,7 +23,7 @@ impl Rule for Jam {
         true
     }
 
-    fn judge(&mut self, flight: &Flight, _: Luck) -> Verdict {
+    fn judge(&mut self, flight: &Flight, _: FaultRng) -> Verdict {
         let jammed = self.disc.is_some_and(|Disc { center_m, radius_m }| {
             (flight.receiver_at - ArenaPoint::from(center_m.get())).norm() <= radius_m.get()
         });

@@ -3,11 +3,11 @@
 use protocol::percept::Tick;
 
 use super::{
-    Act, Fate, Presence, Strike,
-    choice::{Choice, whole},
+    AgentState, Fate, ProcessAction, ProcessFault,
     ledger::Line,
-    luck::Luck,
+    rng::FaultRng,
     rule::Rule,
+    target::{Target, whole},
 };
 use scenario::FaultSpec;
 
@@ -31,33 +31,39 @@ impl Rule for Kill {
     fn begin(
         &mut self,
         tick: Tick,
-        choice: &Choice,
+        target: &Target,
         fates: &mut [Fate],
-        strikes: &mut Vec<Strike>,
+        process_faults: &mut Vec<ProcessFault>,
         line: &mut Line,
     ) {
-        for robot in choice.robots() {
-            let Fate { presence, .. } = &mut fates[robot as usize];
-            if *presence != Presence::Down {
-                *presence = Presence::Down;
+        for robot in target.robots() {
+            let Fate { state, .. } = &mut fates[robot as usize];
+            if *state != AgentState::Down {
+                *state = AgentState::Down;
                 self.killed.push(robot);
-                strikes.push(Strike { robot, act: Act::Kill });
+                process_faults.push(ProcessFault { robot, action: ProcessAction::Kill });
                 line.did(tick, "robots killed", robot);
             }
         }
     }
 
-    fn end(&mut self, luck: Luck, fates: &mut [Fate], strikes: &mut Vec<Strike>, line: &mut Line) {
+    fn end(
+        &mut self,
+        rng: FaultRng,
+        fates: &mut [Fate],
+        process_faults: &mut Vec<ProcessFault>,
+        line: &mut Line,
+    ) {
         let count = whole(self.restart_share, self.killed.len());
         let mut drawn: Vec<(f64, u32)> =
-            self.killed.iter().map(|&robot| (luck.of_choice(robot, REBORN).unit(), robot)).collect();
+            self.killed.iter().map(|&robot| (rng.of_choice(robot, REBORN).unit(), robot)).collect();
         drawn.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut reborn: Vec<u32> = drawn.into_iter().take(count).map(|(_, robot)| robot).collect();
         reborn.sort_unstable();
         for robot in reborn {
             let fate = &mut fates[robot as usize];
-            *fate = Fate { life: fate.life + 1, presence: Presence::Up };
-            strikes.push(Strike { robot, act: Act::Restart });
+            *fate = Fate { life: fate.life + 1, state: AgentState::Up };
+            process_faults.push(ProcessFault { robot, action: ProcessAction::Restart });
             line.count("robots restarted");
         }
     }

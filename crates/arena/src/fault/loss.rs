@@ -1,7 +1,7 @@
 //! `loss`: each packet is lost by its own chance.
 
 use super::{
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
 use scenario::FaultSpec;
@@ -18,8 +18,8 @@ impl Loss {
 }
 
 impl Rule for Loss {
-    fn judge(&mut self, flight: &Flight, luck: Luck) -> Verdict {
-        match luck.of(&flight.reception).chance(self.probability) {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        match rng.of(&flight.reception).chance(self.probability) {
             true => Verdict::Drop("packets dropped"),
             false => Verdict::Pass,
         }

@@ -1,9 +1,9 @@
 //! `partition`: groups of robots cannot hear each other, or those in a disc and those out of it.
 
 use super::{
-    choice::Scene,
-    luck::Luck,
+    rng::FaultRng,
     rule::{Flight, Rule, Verdict},
+    target::Scene,
 };
 use crate::frame::ArenaPoint;
 use scenario::{Disc, FaultSpec, RobotSet};
@@ -49,7 +49,7 @@ impl Rule for Partition {
         true
     }
 
-    fn judge(&mut self, flight: &Flight, _: Luck) -> Verdict {
+    fn judge(&mut self, flight: &Flight, _: FaultRng) -> Verdict {
         let (sender, receiver) = (flight.reception.sender, flight.reception.receiver);
         let apart = match (self.part(sender), self.part(receiver)) {
             (Some(from), Some(to)) if self.one_way => from < to,

@@ -2,7 +2,9 @@
 
 use protocol::percept::Tick;
 
-use super::{Act, Fate, Presence, Strike, choice::Choice, ledger::Line, luck::Luck, rule::Rule};
+use super::{
+    AgentState, Fate, ProcessAction, ProcessFault, ledger::Line, rng::FaultRng, rule::Rule, target::Target,
+};
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {
@@ -14,19 +16,19 @@ impl Rule for Pause {
     fn begin(
         &mut self,
         tick: Tick,
-        choice: &Choice,
+        target: &Target,
         fates: &mut [Fate],
-        strikes: &mut Vec<Strike>,
+        process_faults: &mut Vec<ProcessFault>,
         line: &mut Line,
     ) {
-        for robot in choice.robots() {
-            let Fate { life, presence } = &mut fates[robot as usize];
-            match presence {
-                Presence::Down => continue,
-                Presence::Paused { holders } => *holders += 1,
-                Presence::Up => {
-                    *presence = Presence::Paused { holders: 1 };
-                    strikes.push(Strike { robot, act: Act::Pause });
+        for robot in target.robots() {
+            let Fate { life, state } = &mut fates[robot as usize];
+            match state {
+                AgentState::Down => continue,
+                AgentState::Paused { holders } => *holders += 1,
+                AgentState::Up => {
+                    *state = AgentState::Paused { holders: 1 };
+                    process_faults.push(ProcessFault { robot, action: ProcessAction::Pause });
                 }
             }
             self.held.push((robot, *life));
@@ -35,15 +37,21 @@ impl Rule for Pause {
     }
 
     /// Who is held by another fault as well stays; who was killed meanwhile is no longer held.
-    fn end(&mut self, _: Luck, fates: &mut [Fate], strikes: &mut Vec<Strike>, line: &mut Line) {
+    fn end(
+        &mut self,
+        _: FaultRng,
+        fates: &mut [Fate],
+        process_faults: &mut Vec<ProcessFault>,
+        line: &mut Line,
+    ) {
         for &(robot, held_life) in &self.held {
-            let Fate { life, presence } = &mut fates[robot as usize];
-            match presence {
-                Presence::Paused { holders } if *life == held_life => {
+            let Fate { life, state } = &mut fates[robot as usize];
+            match state {
+                AgentState::Paused { holders } if *life == held_life => {
                     *holders -= 1;
                     if *holders == 0 {
-                        *presence = Presence::Up;
-                        strikes.push(Strike { robot, act: Act::Resume });
+                        *state = AgentState::Up;
+                        process_faults.push(ProcessFault { robot, action: ProcessAction::Resume });
                         line.count("robots resumed");
                     }
                 }

@@ -9,10 +9,10 @@ use protocol::{
 };
 
 use super::{
-    Fate, Strike,
-    choice::{Choice, Scene},
+    Fate, ProcessFault,
     ledger::Line,
-    luck::Luck,
+    rng::FaultRng,
+    target::{Scene, Target},
 };
 use crate::{channel::Reception, frame::ArenaPoint};
 
@@ -59,10 +59,10 @@ pub(super) trait Rule: Debug {
     fn look(&mut self, _: &Scene<'_>) {}
 
     /// It begins: what it does to agents at once.
-    fn begin(&mut self, _: Tick, _: &Choice, _: &mut [Fate], _: &mut Vec<Strike>, _: &mut Line) {}
+    fn begin(&mut self, _: Tick, _: &Target, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Line) {}
 
     /// It ends: what it does to agents then.
-    fn end(&mut self, _: Luck, _: &mut [Fate], _: &mut Vec<Strike>, _: &mut Line) {}
+    fn end(&mut self, _: FaultRng, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Line) {}
 
     /// Whether it looks at all packets and chooses by itself.
     fn chooses_itself(&self) -> bool {
@@ -70,7 +70,7 @@ pub(super) trait Rule: Debug {
     }
 
     /// Judges a packet on its way.
-    fn judge(&mut self, _: &Flight, _: Luck) -> Verdict {
+    fn judge(&mut self, _: &Flight, _: FaultRng) -> Verdict {
         Verdict::Pass
     }
 
@@ -80,7 +80,7 @@ pub(super) trait Rule: Debug {
     }
 
     /// Changes what a chosen robot senses; whether it did.
-    fn sense(&mut self, _: Tick, _robot: u32, _: Luck, _: &mut Light) -> bool {
+    fn sense(&mut self, _: Tick, _robot: u32, _: FaultRng, _: &mut Light) -> bool {
         false
     }
 

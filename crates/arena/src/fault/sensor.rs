@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use protocol::percept::{Light, Tick};
 
-use super::{luck::Luck, rule::Rule};
+use super::{rng::FaultRng, rule::Rule};
 use scenario::FaultSpec;
 
 #[derive(Debug)]
@@ -28,13 +28,13 @@ impl Sensor {
 }
 
 impl Rule for Sensor {
-    fn sense(&mut self, tick: Tick, robot: u32, luck: Luck, light: &mut Light) -> bool {
+    fn sense(&mut self, tick: Tick, robot: u32, rng: FaultRng, light: &mut Light) -> bool {
         if self.stuck {
             *light = *self.first.entry(robot).or_insert(*light);
         }
         light.value += self.bias_counts;
         if self.noise_counts > 0.0 {
-            light.value += self.noise_counts * luck.of_reading(tick, robot).normal();
+            light.value += self.noise_counts * rng.of_reading(tick, robot).normal();
         }
         true
     }

@@ -7,18 +7,18 @@ use crate::{
     centroid,
     estimate::LinearField,
     polygon::Polygon,
-    watch::{Stage, Watcher},
+    stage_observer::{Stage, StageObserver},
 };
 
 pub(super) fn goal(
     cell: &[Vector2<f64>],
     light: &Light,
     gradient: GradientMode,
-    watcher: &mut impl Watcher,
+    stages: &mut impl StageObserver,
 ) -> Option<BodyVector> {
     let estimate = LinearField::sensed(light, gradient);
     let mut part = Polygon::new();
     let positive = estimate.positive_part(cell, &mut part);
-    watcher.passed(Stage::Truncation);
+    stages.passed(Stage::Truncation);
     centroid::mass(positive, &estimate).map(|mass| BodyVector(mass.centroid))
 }

@@ -16,7 +16,7 @@ use crate::{
     fit::{self, Slope},
     neighbors::NeighborTable,
     polygon::Polygon,
-    watch::{Stage, Watcher},
+    stage_observer::{Stage, StageObserver},
 };
 
 pub(super) fn goal(
@@ -24,7 +24,7 @@ pub(super) fn goal(
     light: &Light,
     neighbors: &NeighborTable,
     gradient: GradientMode,
-    watcher: &mut impl Watcher,
+    stages: &mut impl StageObserver,
 ) -> Option<BodyVector> {
     let readings = neighbors
         .iter()
@@ -38,7 +38,7 @@ pub(super) fn goal(
     let estimate = fit::quadratic(&LinearField::sensed(light, gradient), slope, readings);
     let mut part = Polygon::new();
     let positive = estimate.linear.positive_part(cell, &mut part);
-    watcher.passed(Stage::Truncation);
+    stages.passed(Stage::Truncation);
     let raised = estimate.raised_on(positive);
     raised
         .mass(positive)

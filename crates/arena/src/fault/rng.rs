@@ -9,7 +9,7 @@ use crate::{
 
 /// One fault's source of random draws.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Luck {
+pub(super) struct FaultRng {
     pub(super) seed: u64,
     /// Index of the fault in the plan.
     pub(super) fault: u32,
@@ -17,7 +17,7 @@ pub(super) struct Luck {
     pub(super) copy: u32,
 }
 
-impl Luck {
+impl FaultRng {
     /// The same luck for another copy of a packet.
     pub(super) fn of_copy(self, copy: u32) -> Self {
         Self { copy, ..self }

@@ -9,14 +9,14 @@ use protocol::{percept::Percept, robot_id::RobotId};
 
 /// The neighbor tables of all robots.
 #[derive(Clone, Debug)]
-pub struct Hearing {
+pub struct NeighborTables {
     /// With the time at which each packet was sent, seconds.
     tables: Vec<NeighborTable<f64>>,
     lives: Vec<RobotId>,
     timeout_ticks: u32,
 }
 
-impl Hearing {
+impl NeighborTables {
     /// Empty tables. Neighbors are forgotten after `timeout_ticks`.
     pub fn new(robots: u32, timeout_ticks: u32) -> Self {
         let table = |index| NeighborTable::new(RobotId::first(index), timeout_ticks);
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn who_is_heard_one_way_is_joined() {
-        let mut hearing = Hearing::new(5, 4);
+        let mut hearing = NeighborTables::new(5, 4);
         hearing.record(RobotId::first(0), &percept(0, &[1]), &[0.0]);
         hearing.record(RobotId::first(2), &percept(0, &[3]), &[0.0]);
         assert_eq!(hearing.components(&[0, 1, 2, 3, 4]), 3);
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn what_was_heard_ages_and_a_new_life_knows_nothing() {
-        let mut hearing = Hearing::new(2, 4);
+        let mut hearing = NeighborTables::new(2, 4);
         hearing.record(RobotId::first(0), &percept(0, &[1]), &[-0.25]);
         hearing.record(RobotId::first(0), &percept(2, &[]), &[]);
         assert_eq!(hearing.staleness_s(&[0, 1], 2.5), Some(2.75));

@@ -1,6 +1,6 @@
 //! Whom a fault strikes: made once, when it begins.
 
-use super::luck::Luck;
+use super::rng::FaultRng;
 use crate::frame::{ArenaPoint, Pose};
 use scenario::{Direction, FaultKind, FaultSpec, Link, Pick};
 
@@ -18,20 +18,20 @@ pub(super) struct Scene<'a> {
 
 /// The robots and links that a fault strikes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Choice {
+pub(super) struct Target {
     robots: Vec<bool>,
     links: Option<Vec<Link>>,
     direction: Direction,
 }
 
-impl Choice {
+impl Target {
     /// Nobody.
     pub(super) fn none() -> Self {
         Self { robots: Vec::new(), links: None, direction: Direction::Both }
     }
 
     /// Whom `spec` means in `scene`.
-    pub(super) fn made(spec: &FaultSpec, scene: &Scene<'_>, luck: Luck) -> Self {
+    pub(super) fn made(spec: &FaultSpec, scene: &Scene<'_>, rng: FaultRng) -> Self {
         let named = |robot: u32| spec.robots.as_ref().is_none_or(|robots| robots.contains(robot));
         // The discs of these are places, not choices.
         let region = spec.region.filter(|_| !matches!(spec.kind, FaultKind::Jam | FaultKind::Partition));
@@ -43,7 +43,7 @@ impl Choice {
         let candidates: Vec<(u32, ArenaPoint)> =
             places.filter(|(robot, at)| named(*robot) && inside(at)).collect();
         let mut robots = vec![false; scene.poses.len()];
-        for robot in shared(candidates, spec, scene, luck) {
+        for robot in shared(candidates, spec, scene, rng) {
             robots[robot as usize] = true;
         }
         Self { robots, links: spec.links.clone(), direction: spec.direction.unwrap_or_default() }
@@ -73,7 +73,12 @@ impl Choice {
 }
 
 /// The share of the candidates that is meant, rounded to whole robots but at least one.
-fn shared(candidates: Vec<(u32, ArenaPoint)>, spec: &FaultSpec, scene: &Scene<'_>, luck: Luck) -> Vec<u32> {
+fn shared(
+    candidates: Vec<(u32, ArenaPoint)>,
+    spec: &FaultSpec,
+    scene: &Scene<'_>,
+    rng: FaultRng,
+) -> Vec<u32> {
     let Some(share) = spec.share else {
         return candidates.into_iter().map(|(robot, _)| robot).collect();
     };
@@ -82,7 +87,7 @@ fn shared(candidates: Vec<(u32, ArenaPoint)>, spec: &FaultSpec, scene: &Scene<'_
     let mut ranked: Vec<(f64, u32)> = candidates
         .into_iter()
         .map(|(robot, at)| match spec.pick.unwrap_or_default() {
-            Pick::Random => (luck.of_choice(robot, PICKED).unit(), robot),
+            Pick::Random => (rng.of_choice(robot, PICKED).unit(), robot),
             Pick::NearestLamps => ((at - middle).norm(), robot),
         })
         .collect();

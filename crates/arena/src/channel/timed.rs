@@ -13,7 +13,7 @@ use super::{
     access::{Rhythm, Schedule},
     reach::{Reach, Reached},
 };
-use crate::{lists::Lists, packets::Packets};
+use crate::{index_lists::IndexLists, packets::Packets};
 use scenario::{Capture, Scenario};
 
 /// Packets that overlap by less than this touch: rounding, not air. Seconds.
@@ -23,7 +23,7 @@ const DISTURBERS_MAX: usize = 255;
 
 /// The medium.
 #[derive(Clone, Debug)]
-pub(super) struct Air {
+pub(super) struct TimedChannel {
     schedule: Schedule,
     airtime_s: f64,
     half_duplex: bool,
@@ -57,11 +57,11 @@ pub(super) struct Air {
 #[derive(Clone, Debug, Default)]
 struct ByRobot {
     /// Which packets reach it, in order.
-    arrivals: Lists,
+    arrivals: IndexLists,
     /// Which packets only disturb it, in order; kept only if some may.
-    disturbing: Lists,
+    disturbing: IndexLists,
     /// Which are its own, in order.
-    own: Lists,
+    own: IndexLists,
     /// (robot, packet), while they are grouped.
     entries: Vec<(usize, usize)>,
 }
@@ -137,7 +137,7 @@ impl Crowding {
     }
 }
 
-impl Air {
+impl TimedChannel {
     pub(super) fn new(scenario: &Scenario, reach: &Reach) -> Self {
         let schedule = Schedule::new(scenario);
         let robots = scenario.robot_count();

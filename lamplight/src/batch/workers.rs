@@ -42,12 +42,12 @@ pub(super) type Keeper<'a> = dyn FnMut(usize, Done) -> anyhow::Result<()> + 'a;
 
 /// Those who play.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Crew {
+pub(super) enum Workers {
     Threads(usize),
     Processes,
 }
 
-impl Crew {
+impl Workers {
     /// # Errors
     /// If the operating system does not allow that many processes.
     pub(super) fn new(args: &BatchArgs, plan: &Plan) -> Result<Self, Failure> {

@@ -13,17 +13,17 @@ use scenario::{ChannelModel, FaultKind, FaultSpec, Scenario};
 /// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each of its peaks that is
 /// too narrow to be integrated well, for each fault that may never fire, robots starting at `poses`, and for each that
 /// outlasts the memory of neighbors; with the place in the file where it was written, if it is known.
-pub fn cautions(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
+pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
     let rounded = scenario.roundings.0.iter().map(ToString::to_string);
-    let mut cautions: Vec<String> = rounded.chain(dark(scenario)).chain(narrow(scenario)).collect();
+    let mut warnings: Vec<String> = rounded.chain(dark(scenario)).chain(narrow(scenario)).collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
         let of_fault = late(fault, scenario)
             .into_iter()
             .chain(far_links(fault, scenario, poses))
             .chain(overdue(fault, scenario));
-        cautions.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
+        warnings.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
     }
-    cautions
+    warnings
 }
 
 /// A fault as a person finds it: `plan.toml:41: fault 3 (jam)`.
@@ -126,12 +126,12 @@ fn overdue(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn cautioned(field: &str, law: &str) -> Vec<String> {
+    fn warned(field: &str, law: &str) -> Vec<String> {
         let text = format!(
             "duration_s = 1\nstep_s = 0.1\narena.size_m = [1, 1]\nrobots.count = 3\n\
              controller = {{ law = \"{law}\", gain_per_s = 1 }}\nchannel.range_m = 1\n{field}"
         );
-        cautions(&Scenario::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}")), &[])
+        warnings(&Scenario::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}")), &[])
     }
 
     #[test]
@@ -148,30 +148,27 @@ mod tests {
         for (narrow, key) in
             [(lamp(1.4e-6), "lamp.0.half_distance_m"), (gaussian(1.4e-6), "gaussian.0.sigma_m")]
         {
-            let [caution] = &cautioned(&narrow, "linear")[..] else { panic!("{narrow:?} is not warned of") };
-            assert!(caution.starts_with(&format!("field.{key} = 1.4e-6 is less than 1e-6 of")), "{caution}");
+            let [warning] = &warned(&narrow, "linear")[..] else { panic!("{narrow:?} is not warned of") };
+            assert!(warning.starts_with(&format!("field.{key} = 1.4e-6 is less than 1e-6 of")), "{warning}");
         }
         for wide in [lamp(1.5e-6), gaussian(1.5e-6)] {
-            assert_eq!(cautioned(&wide, "linear"), [""; 0]);
+            assert_eq!(warned(&wide, "linear"), [""; 0]);
         }
         let capped = |cap_m: f64| format!("exact\", cell_cap_m = {cap_m}, gradient = \"measured");
-        assert_eq!(cautioned(&lamp(1.5e-6), &capped(0.7)), [""; 0], "a cap within the arena");
-        assert_eq!(cautioned(&lamp(1.5e-6), &capped(2.0)).len(), 1, "a cap beyond it");
+        assert_eq!(warned(&lamp(1.5e-6), &capped(0.7)), [""; 0], "a cap within the arena");
+        assert_eq!(warned(&lamp(1.5e-6), &capped(2.0)).len(), 1, "a cap beyond it");
     }
 
     #[test]
     fn a_field_that_is_nowhere_positive_is_warned_of() {
         let lamp = "field.lamp = [{ position_m = [0.5, 0.5], peak = 500, half_distance_m = 1e-5 }]\n";
         for dark in ["", "field.offset = -0.0", &format!("{lamp}field.offset = -1000")] {
-            let [caution] = &cautioned(dark, "linear")[..] else { panic!("{dark:?} is not warned of") };
-            assert!(caution.starts_with("the field is nowhere positive"), "{caution}");
-            assert!(caution.ends_with("raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"));
+            let [warning] = &warned(dark, "linear")[..] else { panic!("{dark:?} is not warned of") };
+            assert!(warning.starts_with("the field is nowhere positive"), "{warning}");
+            assert!(warning.ends_with("raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"));
         }
         let lit = [lamp, "field.offset = 1e-9", &format!("{lamp}field.offset = -499")];
-        assert!(
-            lit.iter().all(|field| cautioned(field, "linear").is_empty()),
-            "a narrow lamp is light enough"
-        );
-        assert!(cautioned("", "uniform").is_empty(), "Lloyd's law asks for no field");
+        assert!(lit.iter().all(|field| warned(field, "linear").is_empty()), "a narrow lamp is light enough");
+        assert!(warned("", "uniform").is_empty(), "Lloyd's law asks for no field");
     }
 }

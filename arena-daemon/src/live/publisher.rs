@@ -12,7 +12,7 @@ use crate::{profile::Window, progress::Status, squad::Squad};
 
 /// What a squad tells of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Survey {
+pub struct SquadStatus {
     /// All robots, by index.
     pub robots: Vec<Robot>,
     /// What their agents took, if that is measured.
@@ -23,14 +23,14 @@ pub struct Survey {
 
 /// Tells those who watch, if the run can be watched.
 #[derive(Debug)]
-pub struct Teller {
+pub struct SnapshotPublisher {
     live: Option<Arc<Live>>,
     told: Option<Instant>,
     /// While somebody watches.
     ticks: Option<Window>,
 }
 
-impl Teller {
+impl SnapshotPublisher {
     /// To whom `live` is handed out; to nobody without it.
     pub fn new(live: Option<Arc<Live>>) -> Self {
         Self { live, told: None, ticks: None }
@@ -61,7 +61,7 @@ impl Teller {
             self.ticks = watched.then(|| Window::new(now));
         }
         let tick_time = self.ticks.as_mut().and_then(|ticks| ticks.quantiles(now));
-        let Survey { robots, agents, waiting } = squad.survey(watched);
+        let SquadStatus { robots, agents, waiting } = squad.status_of_robots(watched);
         let packets = packets();
         live.tell(|snapshot| {
             snapshot.tick = status.tick;

@@ -24,13 +24,13 @@ impl Stage {
 }
 
 /// Somebody who is told of each stage.
-pub trait Watcher {
+pub trait StageObserver {
     /// `stage` is over.
     fn passed(&mut self, stage: Stage);
 }
 
 /// Nobody.
-impl Watcher for () {
+impl StageObserver for () {
     #[inline]
     fn passed(&mut self, _: Stage) {}
 }

@@ -4,13 +4,13 @@ use std::ops::{Index, Range};
 
 /// Lists of indices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Lists {
+pub struct IndexLists {
     /// Where each list begins in `members`; one more entry than lists.
     starts: Vec<usize>,
     members: Vec<usize>,
 }
 
-impl Lists {
+impl IndexLists {
     /// So many lists from `entries` of the form (list, member); members keep their order.
     pub fn grouped(count: usize, entries: &[(usize, usize)]) -> Self {
         let mut lists = Self::default();
@@ -18,7 +18,7 @@ impl Lists {
         lists
     }
 
-    /// Becomes what [`Lists::grouped`] gives, in the memory there is.
+    /// Becomes what [`IndexLists::grouped`] gives, in the memory there is.
     pub fn regroup(&mut self, count: usize, entries: &[(usize, usize)]) {
         let Self { starts, members } = self;
         // Counted two places too far, `starts[list + 1]` is where `list` begins, and after the last
@@ -50,7 +50,7 @@ impl Lists {
     }
 }
 
-impl Index<usize> for Lists {
+impl Index<usize> for IndexLists {
     type Output = [usize];
 
     fn index(&self, list: usize) -> &[usize] {
@@ -64,18 +64,18 @@ mod tests {
 
     #[test]
     fn members_keep_their_order_and_lists_may_be_empty() {
-        let lists = Lists::grouped(4, &[(2, 9), (0, 5), (2, 7), (2, 8)]);
+        let lists = IndexLists::grouped(4, &[(2, 9), (0, 5), (2, 7), (2, 8)]);
         let each: Vec<&[usize]> = lists.iter().collect();
         assert_eq!(each, [&[5][..], &[], &[9, 7, 8], &[]]);
         assert_eq!(lists[2], [9, 7, 8]);
         assert_eq!(lists.joined(0..3), [5, 9, 7, 8]);
         let mut again = lists.clone();
         again.regroup(2, &[(1, 3)]);
-        assert_eq!(again, Lists::grouped(2, &[(1, 3)]));
+        assert_eq!(again, IndexLists::grouped(2, &[(1, 3)]));
     }
 
     #[test]
     fn of_nobody_there_are_no_lists() {
-        assert_eq!(Lists::grouped(0, &[]).iter().count(), 0);
+        assert_eq!(IndexLists::grouped(0, &[]).iter().count(), 0);
     }
 }

@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::fault::{Act, Strike};
+use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
@@ -25,19 +25,19 @@ use transport::{
     pid_namespace,
     raw::{BOOT_TICK, CommandError},
     run_dir::{ByHand, RunDir},
-    services::{ArenaPorts, Medium, bury},
+    services::{ArenaPorts, Session, remove_dead_files},
     shared_memory::explained,
 };
 
-use super::{Answers, Incident, SquadError, Standing};
+use super::{Answers, Incident, RobotStatus, SquadError};
 use crate::{
     cores::SecondCore,
-    link::{Link, Lost},
     live::{Awaited, Live},
     process::{Process, State},
     profile::{Profile, Recorder},
     standstill::Moment,
     stop::StopFlag,
+    supervisor_link::{Link, Lost},
     trace::Tracer,
 };
 
@@ -59,7 +59,7 @@ const CALL_EVERY: Duration = Duration::from_secs(30);
 
 /// What the arena needs to host agents.
 #[derive(Debug)]
-pub struct Hosting {
+pub struct HostConfig {
     /// The run's folder.
     pub run: RunDir,
     /// The line to the supervisor.
@@ -91,12 +91,12 @@ pub(super) struct Member {
     pub(super) id: RobotId,
     ports: Option<ArenaPorts>,
     pub(super) process: Option<Process>,
-    pub(super) presence: Presence,
+    pub(super) state: AgentState,
     pub(super) refused: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Presence {
+pub(super) enum AgentState {
     /// Its services stand since then; nobody has come yet.
     Expected { since: Moment },
     /// It takes part.
@@ -120,17 +120,17 @@ struct Remains {
 
 /// All agents of a run.
 #[derive(Debug)]
-pub(super) struct Members {
+pub(super) struct Roster {
     pub(super) doorbell: Doorbell,
     pub(super) hang_timeout: Duration,
     pub(super) recorder: Option<Recorder>,
     /// What the recorder does while percepts are sent is done there.
     second_core: Option<SecondCore>,
-    medium: Medium,
+    medium: Session,
     plane: Plane,
     /// Frames of packets that agents are to hear.
     frames: Frames,
-    pub(super) hosting: Hosting,
+    pub(super) hosting: HostConfig,
     /// When it was last told who is waited for, if somebody is.
     pub(super) waiting_told: Option<Instant>,
     processes: ProcessesSpec,
@@ -146,15 +146,15 @@ pub(super) struct Members {
     incidents: Vec<Incident>,
 }
 
-impl Members {
+impl Roster {
     /// Lays out the run's folder and the services of every robot.
-    pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: Hosting) -> Result<Self, SquadError> {
+    pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: HostConfig) -> Result<Self, SquadError> {
         let failed =
             |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {}", explained(error)));
         let run = &hosting.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         tell_setup(run, scenario, mode)?;
-        let medium = Medium::enter(run)?;
+        let medium = Session::enter(run)?;
         let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
         let members = (0..robots)
             .map(|index| Member::hosted(&medium, plane, RobotId::first(index)))
@@ -187,7 +187,7 @@ impl Members {
     }
 
     /// Lets agents come and waits until all have joined, or `stop` is raised.
-    pub(super) fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+    pub(super) fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
         let mut answers: Answers = vec![None; self.members.len()];
         self.doorbell.expect(self.members.len() as u32);
         self.hosting.link.tell(&Event::Ready);
@@ -202,7 +202,7 @@ impl Members {
 
     /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
     /// say their first word again. Everybody must be there in their first life.
-    pub(super) fn muster_again(
+    pub(super) fn rejoin_all(
         &mut self,
         scenario: &Scenario,
         mode: Mode,
@@ -213,7 +213,7 @@ impl Members {
         let mut answers: Answers = vec![None; self.members.len()];
         let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
         self.send(&percepts, &mut Vec::new())?;
-        self.members.iter_mut().for_each(|member| member.presence = Presence::expected());
+        self.members.iter_mut().for_each(|member| member.state = AgentState::expected());
         self.doorbell.expect(self.members.len() as u32);
         self.doorbell.ring();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
@@ -253,32 +253,36 @@ impl Members {
 
     /// Does to an agent's process what the plan says. Returns whether that changes anything: nothing
     /// can be done to a robot that is left out, or to a dead one but to restart it.
-    pub(super) fn strike(&mut self, strike: Strike, answers: &mut Answers) -> Result<bool, SquadError> {
-        let index = strike.robot as usize;
-        let Member { id, presence, .. } = self.members[index];
-        let becomes = match (strike.act, presence) {
-            (_, Presence::Out)
-            | (Act::Kill | Act::Pause | Act::Resume, Presence::Down)
-            | (Act::Pause, Presence::Paused { .. })
-            | (Act::Resume, Presence::Expected { .. } | Presence::Present) => return Ok(false),
-            (Act::Kill, _) => {
+    pub(super) fn apply_process_faults(
+        &mut self,
+        process_fault: ProcessFault,
+        answers: &mut Answers,
+    ) -> Result<bool, SquadError> {
+        let index = process_fault.robot as usize;
+        let Member { id, state, .. } = self.members[index];
+        let becomes = match (process_fault.action, state) {
+            (_, AgentState::Out)
+            | (ProcessAction::Kill | ProcessAction::Pause | ProcessAction::Resume, AgentState::Down)
+            | (ProcessAction::Pause, AgentState::Paused { .. })
+            | (ProcessAction::Resume, AgentState::Expected { .. } | AgentState::Present) => return Ok(false),
+            (ProcessAction::Kill, _) => {
                 self.end(index);
-                Presence::Down
+                AgentState::Down
             }
-            (Act::Restart, _) => {
+            (ProcessAction::Restart, _) => {
                 self.end(index);
                 self.begin(index, id.reborn())?
             }
-            (Act::Pause, presence) => {
+            (ProcessAction::Pause, state) => {
                 self.hosting.link.tell(&Event::Stop(id));
-                Presence::Paused { joined: presence == Presence::Present }
+                AgentState::Paused { joined: state == AgentState::Present }
             }
-            (Act::Resume, Presence::Paused { joined }) => {
+            (ProcessAction::Resume, AgentState::Paused { joined }) => {
                 self.hosting.link.tell(&Event::Continue(id));
-                if joined { Presence::Present } else { Presence::expected() }
+                if joined { AgentState::Present } else { AgentState::expected() }
             }
         };
-        self.members[index].presence = becomes;
+        self.members[index].state = becomes;
         answers[index] = None;
         Ok(true)
     }
@@ -287,53 +291,56 @@ impl Members {
     /// Does away with those who will not come.
     pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
         let lost: Vec<Lost> = self.hosting.link.lost().collect();
-        lost.iter().try_for_each(|lost| self.mourn(lost, tick))?;
-        self.bury_remains(&lost);
-        self.mourn_by_hand(tick)?;
+        lost.iter().try_for_each(|lost| self.on_process_exit(lost, tick))?;
+        self.remove_remains(&lost);
+        self.on_death_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
-            let Presence::Expected { since } = self.members[index].presence else { continue };
+            let AgentState::Expected { since } = self.members[index].state else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
-                self.members[index].presence = Presence::Present;
+                self.members[index].state = AgentState::Present;
                 *answer = Some(command);
             } else if let Some(patience) = self.join_timeout(index)
                 && since.elapsed() > patience
             {
                 let what = format!("{} has not joined within {patience:?}", self.members[index].id);
-                self.miss(index, tick, what)?;
+                self.apply_hang_policy(index, tick, what)?;
             }
         }
         self.call_by_hand();
-        match self.members.iter().all(|member| member.presence == Presence::Out) {
+        match self.members.iter().all(|member| member.state == AgentState::Out) {
             true => Err(SquadError("no robot is left".into())),
             false => Ok(()),
         }
     }
 
     /// Deals with an agent whose process has ended without being told to.
-    fn mourn(&mut self, lost: &Lost, tick: Tick) -> Result<(), SquadError> {
+    fn on_process_exit(&mut self, lost: &Lost, tick: Tick) -> Result<(), SquadError> {
         let Lost { id, pid, how } = lost;
         let index = id.index as usize;
         let Some(member) = self.members.get(index).filter(|member| member.id == *id) else { return Ok(()) };
-        let what = match member.presence {
-            Presence::Expected { .. } | Presence::Paused { joined: false } => {
+        let what = match member.state {
+            AgentState::Expected { .. } | AgentState::Paused { joined: false } => {
                 format!("the agent of {id} ended before it joined ({how})")
             }
             // Another process may have wanted to drive this robot, and been refused.
-            Presence::Present | Presence::Paused { joined: true }
+            AgentState::Present | AgentState::Paused { joined: true }
                 if member.process.is_some_and(|process| process.pid() == *pid) =>
             {
                 format!("{} died after tick {tick} ({how})", member.named())
             }
-            Presence::Present | Presence::Paused { joined: true } | Presence::Down | Presence::Out => {
+            AgentState::Present
+            | AgentState::Paused { joined: true }
+            | AgentState::Down
+            | AgentState::Out => {
                 return Ok(());
             }
         };
-        self.miss(index, tick, what)
+        self.apply_hang_policy(index, tick, what)
     }
 
     /// Deals with agents that were started by hand and have died between joining and their first word: nobody's
     /// children, of whose process the arena does not know yet.
-    fn mourn_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
+    fn on_death_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
         if self.looked.elapsed() < LOOK_EVERY {
             return Ok(());
         }
@@ -343,7 +350,7 @@ impl Members {
             let is_awaited = self.is_by_hand(index) && self.members[index].is_expected();
             if is_awaited && ports.as_ref().is_some_and(ArenaPorts::has_dead_agent) {
                 let what = format!("the agent of {id} died as it joined");
-                self.miss(index, tick, what)?;
+                self.apply_hang_policy(index, tick, what)?;
             }
         }
         Ok(())
@@ -427,7 +434,7 @@ impl Members {
         let dead = member.process.is_some_and(|process| process.state() == State::Dead);
         if dead {
             let what = format!("{} died before it answered tick {tick}", member.named());
-            self.miss(index, tick, what)?;
+            self.apply_hang_policy(index, tick, what)?;
         }
         Ok(dead)
     }
@@ -437,7 +444,7 @@ impl Members {
         let member = &self.members[index];
         let state = member.process.map_or("unknown".into(), |process| process.state().to_string());
         let (named, patience) = (member.named(), self.hang_timeout);
-        self.miss(
+        self.apply_hang_policy(
             index,
             tick,
             format!("{named} has not answered tick {tick} for {patience:?}; state: {state}"),
@@ -449,7 +456,7 @@ impl Members {
         self.doorbell.close();
         for member in &mut self.members {
             member.ports = None;
-            if let Presence::Paused { .. } = member.presence {
+            if let AgentState::Paused { .. } = member.state {
                 // Who is stopped does not see the end.
                 self.hosting.link.tell(&Event::Continue(member.id));
             }
@@ -459,27 +466,27 @@ impl Members {
 
     /// Whether robot `index` exists and takes part.
     pub(super) fn is_present(&self, index: usize) -> bool {
-        self.members.get(index).is_some_and(|member| member.presence == Presence::Present)
+        self.members.get(index).is_some_and(|member| member.state == AgentState::Present)
     }
 
     /// The life of robot `index` that has joined, if one has and is not over.
     pub(super) fn life(&self, index: usize) -> Option<RobotId> {
         let member = &self.members[index];
-        let joined = matches!(member.presence, Presence::Present | Presence::Paused { joined: true });
+        let joined = matches!(member.state, AgentState::Present | AgentState::Paused { joined: true });
         joined.then_some(member.id)
     }
 
     pub(super) fn left_out(&self) -> Vec<u32> {
-        let out = (0..).zip(&self.members).filter(|(_, member)| member.presence == Presence::Out);
+        let out = (0..).zip(&self.members).filter(|(_, member)| member.state == AgentState::Out);
         out.map(|(index, _)| index).collect()
     }
 
-    pub(super) fn standings(&self) -> Vec<Standing> {
-        let standing = |member: &Member| Standing {
+    pub(super) fn robot_statuses(&self) -> Vec<RobotStatus> {
+        let standing = |member: &Member| RobotStatus {
             id: member.id,
             pid: member.process.map(|process| process.pid()),
-            alive: matches!(member.presence, Presence::Present | Presence::Paused { .. }),
-            paused: matches!(member.presence, Presence::Paused { .. }),
+            alive: matches!(member.state, AgentState::Present | AgentState::Paused { .. }),
+            paused: matches!(member.state, AgentState::Paused { .. }),
             refused: member.refused,
         };
         self.members.iter().map(standing).collect()
@@ -496,7 +503,7 @@ impl Members {
     }
 
     /// The hang policy.
-    fn miss(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+    fn apply_hang_policy(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
         let id = self.members[index].id;
         let (by_hand, next) = (self.is_by_hand(index), id.reborn());
         let consequence = match self.processes.on_hang {
@@ -513,9 +520,9 @@ impl Members {
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
         self.end(index);
-        self.members[index].presence = match self.processes.on_hang {
+        self.members[index].state = match self.processes.on_hang {
             OnHang::Restart => self.begin(index, next)?,
-            OnHang::Exclude | OnHang::Fail => Presence::Out,
+            OnHang::Exclude | OnHang::Fail => AgentState::Out,
         };
         Ok(())
     }
@@ -533,26 +540,26 @@ impl Members {
                 if let Err(error) = self.hosting.run.end_life(id) {
                     tracing::warn!("{id} cannot be told that it is left out: {error}");
                 }
-                bury(&self.hosting.run, vec![ports]);
+                remove_dead_files(&self.hosting.run, vec![ports]);
             }
             false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
         }
     }
 
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
-    fn begin(&mut self, index: usize, id: RobotId) -> Result<Presence, SquadError> {
+    fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
         let refused = self.members[index].refused;
         self.members[index] = Member { refused, ..Member::hosted(&self.medium, self.plane, id)? };
         if !self.is_by_hand(index) {
             self.hosting.link.tell(&Event::Start(id));
         }
-        Ok(self.members[index].presence)
+        Ok(self.members[index].state)
     }
 
     /// Removes what ended lives have left whose processes have died: those of `lost`, or so the
     /// operating system says.
-    fn bury_remains(&mut self, lost: &[Lost]) {
+    fn remove_remains(&mut self, lost: &[Lost]) {
         let is_dead = |process: Process| process.state() == State::Dead;
         let is_over = |remains: &mut Remains| {
             lost.iter().any(|lost| lost.id == remains.id)
@@ -560,7 +567,7 @@ impl Members {
                 || remains.since.elapsed() > DYING
         };
         let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
-        bury(&self.hosting.run, over);
+        remove_dead_files(&self.hosting.run, over);
     }
 
     /// How long robot `index` is waited for; `None` for without limit.
@@ -611,7 +618,7 @@ impl Members {
     }
 }
 
-impl Hosting {
+impl HostConfig {
     /// Whether robot `index` is started by hand: without a supervisor everybody is.
     fn is_by_hand(&self, index: u32) -> bool {
         !self.link.is_supervised() || self.by_hand.as_ref().is_some_and(|robots| robots.contains(index))
@@ -619,7 +626,7 @@ impl Hosting {
 }
 
 /// The robots that are driven by hand, and whether they wait to be.
-fn driven_by_hand<'a>(members: &'a [Member], hosting: &'a Hosting) -> impl Iterator<Item = ByHand> + 'a {
+fn driven_by_hand<'a>(members: &'a [Member], hosting: &'a HostConfig) -> impl Iterator<Item = ByHand> + 'a {
     let theirs = members.iter().filter(|member| hosting.is_by_hand(member.id.index));
     theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
 }
@@ -631,7 +638,7 @@ fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), Squad
         .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
 }
 
-impl Presence {
+impl AgentState {
     /// From now on.
     fn expected() -> Self {
         Self::Expected { since: Moment::now() }
@@ -640,13 +647,13 @@ impl Presence {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(medium: &Medium, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
+    fn hosted(medium: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
         let ports = Some(medium.host(id, plane)?);
-        Ok(Self { id, ports, process: None, presence: Presence::expected(), refused: 0 })
+        Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
     }
 
     fn is_expected(&self) -> bool {
-        matches!(self.presence, Presence::Expected { .. })
+        matches!(self.state, AgentState::Expected { .. })
     }
 
     /// Counts a refusal; shows the first.
