@@ -10,6 +10,7 @@
 extern crate std;
 
 pub mod command;
+pub mod controller;
 pub mod frame;
 pub mod odometry;
 #[cfg(feature = "oscillator")]

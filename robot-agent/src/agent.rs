@@ -3,8 +3,12 @@
 use std::{fs, mem};
 
 use anyhow::Context;
-use coverage::Controller;
-use protocol::{percept::Percept, robot_id::RobotId, setup::AgentSetup};
+use protocol::{
+    controller::Controller,
+    percept::Percept,
+    robot_id::RobotId,
+    setup::{AgentSetup, ControllerSetup},
+};
 use transport::{
     codec,
     pid_namespace::our_pid_in,
@@ -23,12 +27,13 @@ pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
 
 /// One robot's mind and its line to the world.
 #[derive(Debug)]
-pub(crate) struct Agent {
+pub(crate) struct Agent<C, N> {
     pub(crate) id: RobotId,
     pub(crate) stopwatch: Stopwatch,
     // Both have room for far more than they mostly hold. Made where they stay, and not moved there, they take the
     // memory that they use and no more.
-    controller: Box<Controller>,
+    controller: Box<C>,
+    new: N,
     percept: Box<Percept>,
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
@@ -37,11 +42,20 @@ pub(crate) struct Agent {
     pid: u32,
 }
 
-impl Agent {
-    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts) -> Self {
-        let controller = Box::new(Controller::new(id, setup.controller));
+impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
+    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts, new: N) -> Self {
+        let controller = Box::new(new(id, setup.controller));
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
-        Self { id, stopwatch, controller, ports, percept, waits: false, pid: our_pid_in(setup.pid_namespace) }
+        Self {
+            id,
+            stopwatch,
+            controller,
+            new,
+            ports,
+            percept,
+            waits: false,
+            pid: our_pid_in(setup.pid_namespace),
+        }
     }
 
     /// Says that this robot is there.
@@ -58,13 +72,13 @@ impl Agent {
         }
         if self.percept.tick == BOOT_TICK {
             tracing::debug!("begins anew");
-            *self.controller = Controller::new(self.id, setup_of(run)?.controller);
+            *self.controller = (self.new)(self.id, setup_of(run)?.controller);
             self.announce()?;
             self.stopwatch.booted();
             return Ok(true);
         }
         self.stopwatch.received();
-        let command = self.controller.step_watched(&self.percept, &mut self.stopwatch);
+        let command = self.controller.step(&self.percept, &mut self.stopwatch);
         let message = RawCommand::new(self.percept.tick, &command, self.pid);
         self.ports.send(message.timed(self.stopwatch.times()))?;
         self.stopwatch.published();

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use coverage::stage_observer::{Stage, StageObserver};
+use protocol::controller::{Stage, StageObserver};
 use transport::{
     clock::{Clock, Stamp},
     raw::RawTimes,

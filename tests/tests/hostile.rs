@@ -4,9 +4,10 @@
 
 use std::time::Duration;
 
-use coverage::Controller;
+use coverage::CoverageController;
 use protocol::{
     command::Command,
+    controller::Controller,
     frame::BodyVector,
     percept::{Percept, Tick},
     robot_id::RobotId,
@@ -51,7 +52,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Session::enter(&folder).unwrap();
     let mut ports = medium.join(ROBOT, setup.plane).unwrap();
-    let mut mind = Controller::new(ROBOT, setup.controller);
+    let mut mind = CoverageController::new(ROBOT, setup.controller);
     let mut seen = bell.round();
     ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
     loop {
@@ -65,7 +66,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
             None => continue,
             Some(read) => assert_eq!(read, Ok(0)),
         }
-        let honest = mind.step(&percept);
+        let honest = mind.step(&percept, &mut ());
         if misbehave(&mut ports, percept.tick, &honest) == Honesty::AfterAll {
             ports.send(raw(percept.tick, &honest)).unwrap();
         }

@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use arena::fault::{ProcessAction, ProcessFault};
-use coverage::Controller;
+use coverage::CoverageController;
 use protocol::{
     command::Command,
+    controller::Controller,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::ControllerSetup,
@@ -31,7 +32,7 @@ pub struct InProcess {
 struct Mind {
     id: RobotId,
     /// `None` once it has been killed.
-    controller: Option<Controller>,
+    controller: Option<CoverageController>,
     /// It does nothing and keeps its memory.
     paused: bool,
 }
@@ -52,7 +53,7 @@ impl InProcess {
 
 impl Mind {
     fn new(id: RobotId, setup: ControllerSetup) -> Self {
-        Self { id, controller: Some(Controller::new(id, setup)), paused: false }
+        Self { id, controller: Some(CoverageController::new(id, setup)), paused: false }
     }
 
     fn boot(&mut self) -> Option<Command> {
@@ -60,10 +61,10 @@ impl Mind {
     }
 
     fn step(&mut self, percept: &Percept) -> Option<Command> {
-        self.awake().map(|controller| controller.step(percept))
+        self.awake().map(|controller| controller.step(percept, &mut ()))
     }
 
-    fn awake(&mut self) -> Option<&mut Controller> {
+    fn awake(&mut self) -> Option<&mut CoverageController> {
         self.controller.as_mut().filter(|_| !self.paused)
     }
 }

@@ -10,9 +10,10 @@ use arena::{
     frame::{ArenaPoint, Pose},
     packets::Packets,
 };
-use coverage::controller::Controller;
+use coverage::CoverageController;
 use protocol::{
     command::Command,
+    controller::Controller,
     packet::Packet,
     percept::{Delivery, Tick},
     robot_id::RobotId,
@@ -25,10 +26,14 @@ fn scenario(text: &str) -> Scenario {
 }
 
 /// Plays a scenario with the true controllers; `look` sees each tick.
-fn play(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, &[Option<Command>], &[Controller])) {
+fn play(
+    scenario: &Scenario,
+    ticks: Tick,
+    mut look: impl FnMut(&Arena, &[Option<Command>], &[CoverageController]),
+) {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let new = |index| Controller::new(RobotId::first(index), setup);
-    let mut controllers: Vec<Controller> = (0..scenario.robot_count()).map(new).collect();
+    let new = |index| CoverageController::new(RobotId::first(index), setup);
+    let mut controllers: Vec<CoverageController> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
     let mut paused = vec![false; controllers.len()];
     let mut arena = Arena::new(scenario).unwrap();
@@ -45,7 +50,7 @@ fn play(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, &[Option<
                 .iter_mut()
                 .zip(percepts)
                 .zip(&paused)
-                .map(|((mind, percept), paused)| (!paused).then(|| mind.step(percept)));
+                .map(|((mind, percept), paused)| (!paused).then(|| mind.step(percept, &mut ())));
             commands = answers.collect();
         }
         look(&arena, &commands, &controllers);
@@ -154,7 +159,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
         let (mut were, mut seen) = (Vec::new(), Vec::new());
         let mut arena = Arena::new(&scenario).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut minds = [0, 1].map(|index| Controller::new(RobotId::first(index), setup));
+        let mut minds = [0, 1].map(|index| CoverageController::new(RobotId::first(index), setup));
         let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         for tick in 0..200 {
             arena.process_faults(&[]);
@@ -169,8 +174,11 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
                 );
                 seen.push(tick - sent);
             }
-            commands =
-                minds.iter_mut().zip(&percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+            commands = minds
+                .iter_mut()
+                .zip(&percepts)
+                .map(|(mind, percept)| Some(mind.step(percept, &mut ())))
+                .collect();
         }
         assert!(seen.len() > 180 && seen.iter().max() == Some(&latest), "{fault}: {seen:?}");
     }

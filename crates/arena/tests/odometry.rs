@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use arena::Arena;
-use coverage::controller::Controller;
+use coverage::CoverageController;
 use protocol::{
-    command::Command, frame::BodyVector, odometry::Odometry, robot_id::RobotId, setup::Mode, units::wrapped,
+    command::Command, controller::Controller, frame::BodyVector, odometry::Odometry, robot_id::RobotId,
+    setup::Mode, units::wrapped,
 };
 use scenario::Scenario;
 
@@ -31,14 +32,15 @@ fn in_circles(sets: &str) -> Scenario {
 /// By how much robot 0's bearings of its neighbors are off at the percepts of a run: mean, and the worst, degrees.
 fn bearings_off(scenario: &Scenario) -> (f64, f64) {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> = (0..5).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+    let mut minds: Vec<_> =
+        (0..5).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let mut arena = Arena::new(scenario).unwrap();
     let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
     for _ in 0..=scenario.ticks() {
         arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
-        let answers = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept)));
+        let answers = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept, &mut ())));
         commands = answers.collect();
         // It keeps turning to its left, whatever it thinks.
         commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
@@ -79,14 +81,14 @@ fn a_delayed_packet_is_carried_along_from_its_arrival() {
          fault = [{ kind = \"delay\", delay_s = 0.5, until_s = 1.05 }]",
     );
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds = [0, 1].map(|index| Controller::new(RobotId::first(index), setup));
+    let mut minds = [0, 1].map(|index| CoverageController::new(RobotId::first(index), setup));
     let mut commands = [0, 1].map(|robot: usize| Some(minds[robot].boot()));
     let mut arena = Arena::new(&scenario).unwrap();
     let mut seen = 0;
     for tick in 0..=scenario.ticks() {
         arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
-        commands = [0, 1].map(|robot: usize| Some(minds[robot].step(&percepts[robot])));
+        commands = [0, 1].map(|robot: usize| Some(minds[robot].step(&percepts[robot], &mut ())));
         commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 1e-9);
         commands[1].as_mut().unwrap().velocity = BodyVector::HERE;
         let pose = arena.poses()[0];
@@ -124,7 +126,7 @@ fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
         }
         let turning = |id| {
             let velocity = if tick == 10 { BodyVector::HERE } else { BodyVector::new(0.1, 0.2) };
-            Some(Command { velocity, ..Controller::new(id, setup).boot() })
+            Some(Command { velocity, ..CoverageController::new(id, setup).boot() })
         };
         let mut commands = lives.map(turning);
         if tick == 9 {

@@ -1,7 +1,12 @@
 //! Algorithm 1 of the paper: one robot's control loop, one call per tick.
 
 use protocol::{
-    command::Command, frame::BodyVector, packet::Packet, percept::Percept, robot_id::RobotId,
+    command::Command,
+    controller::{Controller, Stage, StageObserver},
+    frame::BodyVector,
+    packet::Packet,
+    percept::Percept,
+    robot_id::RobotId,
     setup::ControllerSetup,
 };
 
@@ -11,55 +16,22 @@ use crate::{
     law,
     neighbors::NeighborTable,
     polygon::Polygon,
-    stage_observer::{Stage, StageObserver},
 };
 
-/// The mind of one robot: what it remembers between ticks.
+/// The paper's controller of one robot, with what it remembers between cycles.
 #[derive(Clone, Debug)]
-pub struct Controller {
+pub struct CoverageController {
     id: RobotId,
     setup: ControllerSetup,
     neighbors: NeighborTable,
     sequence: u32,
 }
 
-impl Controller {
-    /// A mind without memory.
+impl CoverageController {
+    /// A controller with an empty neighbor table.
     pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
         let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
         Self { id, setup, neighbors, sequence: 0 }
-    }
-
-    /// The command of a robot that has sensed nothing yet: stand still and be heard.
-    pub fn boot(&mut self) -> Command {
-        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
-    }
-
-    /// Takes in what was heard before the percept that will be answered: in real time more than one may come
-    /// between two cycles. To take in a percept twice does no harm.
-    pub fn hear(&mut self, percept: &Percept) {
-        self.neighbors.follow(percept.odometry);
-        self.neighbors.record(percept.tick, &percept.deliveries);
-    }
-
-    /// One cycle: hear, build the local cell, find its estimated centroid, head for it (eq. 8).
-    ///
-    /// The robot stays where it is, and estimates no error, if it has no cell, or if its cell has no positive mass.
-    pub fn step(&mut self, percept: &Percept) -> Command {
-        self.step_watched(percept, &mut ())
-    }
-
-    /// The same under the eyes of `stages`, who changes nothing.
-    pub fn step_watched(&mut self, percept: &Percept, stages: &mut impl StageObserver) -> Command {
-        self.hear(percept);
-        stages.passed(Stage::Neighbors);
-        let mut cell = Polygon::new();
-        self.cut_cell(&mut cell, percept);
-        stages.passed(Stage::Cell);
-        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
-        stages.passed(Stage::Centroid);
-        let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
-        Command { estimated_error: goal, velocity, packet: self.next_packet(percept.light.value) }
     }
 
     /// What was heard and turned away so far.
@@ -95,6 +67,33 @@ impl Controller {
         // A reading past f32 is sent as the largest one the packet can carry.
         let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
         Packet { sender: self.id, sequence, light }
+    }
+}
+
+impl Controller for CoverageController {
+    /// Stands still and is heard.
+    fn boot(&mut self) -> Command {
+        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
+    }
+
+    fn hear(&mut self, percept: &Percept) {
+        self.neighbors.follow(percept.odometry);
+        self.neighbors.record(percept.tick, &percept.deliveries);
+    }
+
+    /// One cycle: hear, build the local cell, find its estimated centroid, head for it (eq. 8).
+    ///
+    /// The robot stays where it is, and estimates no error, if it has no cell, or if its cell has no positive mass.
+    fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command {
+        self.hear(percept);
+        stages.passed(Stage::Neighbors);
+        let mut cell = Polygon::new();
+        self.cut_cell(&mut cell, percept);
+        stages.passed(Stage::Cell);
+        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
+        stages.passed(Stage::Centroid);
+        let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
+        Command { estimated_error: goal, velocity, packet: self.next_packet(percept.light.value) }
     }
 }
 
@@ -159,7 +158,7 @@ mod tests {
     }
 
     fn step(setup: ControllerSetup, percept: &Percept) -> Command {
-        Controller::new(RobotId::first(0), setup).step(percept)
+        CoverageController::new(RobotId::first(0), setup).step(percept, &mut ())
     }
 
     /// Where a robot heads that has a goal.
@@ -175,7 +174,7 @@ mod tests {
     #[test]
     fn a_robot_that_hears_nobody_stays_and_estimates_no_error() {
         assert_lost(step(setup(), &percept(1.0, &[])));
-        assert_lost(Controller::new(RobotId::first(0), setup()).boot());
+        assert_lost(CoverageController::new(RobotId::first(0), setup()).boot());
     }
 
     #[test]
@@ -236,7 +235,7 @@ mod tests {
         assert!(difference.norm() < 1e-14);
     }
 
-    fn cell_of(controller: &Controller, percept: &Percept) -> Polygon {
+    fn cell_of(controller: &CoverageController, percept: &Percept) -> Polygon {
         let mut cell = Polygon::new();
         controller.cut_cell(&mut cell, percept);
         cell
@@ -263,8 +262,8 @@ mod tests {
             curvature: Matrix2::new(5.0, 1.6, 1.6, -2.8),
         };
         let percept = percept_in(&field, &[(0.4, 0.0), (0.5, 1.1), (0.6, 2.2), (0.5, 3.3), (0.4, 4.4)]);
-        let mut controller = Controller::new(RobotId::first(0), quadratic());
-        let goal = controller.step(&percept).estimated_error.unwrap().0;
+        let mut controller = CoverageController::new(RobotId::first(0), quadratic());
+        let goal = controller.step(&percept, &mut ()).estimated_error.unwrap().0;
         let cell = cell_of(&controller, &percept);
         let [mass, x, y] = integrate(&cell, |_, _| true, |q| [1.0, q.x, q.y].map(|k| k * field.at(&q)));
         let centroid = Vector2::new(x, y) / mass;
@@ -322,9 +321,9 @@ mod tests {
                 delivery.packet.light = light;
             }
             let gradient = if fixed { GradientMode::Fixed(5.0) } else { GradientMode::Measured };
-            let mut controller = Controller::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
+            let mut controller = CoverageController::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
             // Without a goal it stays, which is in the cell.
-            let goal = controller.step(&percept).estimated_error.unwrap_or(BodyVector::HERE).0;
+            let goal = controller.step(&percept, &mut ()).estimated_error.unwrap_or(BodyVector::HERE).0;
             prop_assert!(goal.x.is_finite() && goal.y.is_finite());
             let cell = cell_of(&controller, &percept);
             let slack = 1e-9 * reach(&cell).max(1.0);
@@ -351,7 +350,7 @@ mod tests {
             for (neighbors, light) in heard.into_iter().zip([1.0, f64::MAX, -1.0]) {
                 let (setup, percept) = (ControllerSetup { law, ..setup() }, percept(light, neighbors));
                 let mut notes = Notes(Vec::new());
-                let watched = Controller::new(RobotId::first(0), setup).step_watched(&percept, &mut notes);
+                let watched = CoverageController::new(RobotId::first(0), setup).step(&percept, &mut notes);
                 assert_eq!(notes.0, Stage::ALL, "{law:?} {neighbors:?}");
                 assert_eq!(watched, step(setup, &percept), "being watched changes nothing");
             }
@@ -360,9 +359,9 @@ mod tests {
 
     #[test]
     fn packets_are_numbered_from_the_boot() {
-        let mut controller = Controller::new(RobotId::first(3), setup());
+        let mut controller = CoverageController::new(RobotId::first(3), setup());
         assert_eq!(controller.boot().packet.sequence, 0);
-        let packet = controller.step(&percept(4.0, &[])).packet;
+        let packet = controller.step(&percept(4.0, &[]), &mut ()).packet;
         assert_eq!(packet, Packet { sender: RobotId::first(3), sequence: 1, light: 4.0 });
     }
 }

@@ -9,15 +9,13 @@ mod uniform;
 
 use nalgebra::Vector2;
 use protocol::{
+    controller::{Stage, StageObserver},
     frame::BodyVector,
     percept::Percept,
     setup::{ControllerSetup, Law},
 };
 
-use crate::{
-    neighbors::NeighborTable,
-    stage_observer::{Stage, StageObserver},
-};
+use crate::neighbors::NeighborTable;
 
 /// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay. An empty cell has none.
 ///
@@ -28,7 +26,7 @@ pub fn goal(
     percept: &Percept,
     neighbors: &NeighborTable,
     setup: &ControllerSetup,
-    stages: &mut impl StageObserver,
+    stages: &mut dyn StageObserver,
 ) -> Option<BodyVector> {
     let truncates = matches!(setup.law, Law::Linear | Law::Quadratic);
     if cell.is_empty() || !truncates {

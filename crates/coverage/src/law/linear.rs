@@ -1,20 +1,20 @@
 //! The paper's law: φ as its value and gradient at the robot foretell it (eq. 10 to 18).
 
 use nalgebra::Vector2;
-use protocol::{frame::BodyVector, percept::Light, setup::GradientMode};
-
-use crate::{
-    centroid,
-    estimate::LinearField,
-    polygon::Polygon,
-    stage_observer::{Stage, StageObserver},
+use protocol::{
+    controller::{Stage, StageObserver},
+    frame::BodyVector,
+    percept::Light,
+    setup::GradientMode,
 };
+
+use crate::{centroid, estimate::LinearField, polygon::Polygon};
 
 pub(super) fn goal(
     cell: &[Vector2<f64>],
     light: &Light,
     gradient: GradientMode,
-    stages: &mut impl StageObserver,
+    stages: &mut dyn StageObserver,
 ) -> Option<BodyVector> {
     let estimate = LinearField::sensed(light, gradient);
     let mut part = Polygon::new();

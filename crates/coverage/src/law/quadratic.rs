@@ -7,7 +7,12 @@
 //! silent cycles counts as when it was heard.
 
 use nalgebra::Vector2;
-use protocol::{frame::BodyVector, percept::Light, setup::GradientMode};
+use protocol::{
+    controller::{Stage, StageObserver},
+    frame::BodyVector,
+    percept::Light,
+    setup::GradientMode,
+};
 
 use super::linear;
 use crate::{
@@ -16,7 +21,6 @@ use crate::{
     fit::{self, Slope},
     neighbors::NeighborTable,
     polygon::Polygon,
-    stage_observer::{Stage, StageObserver},
 };
 
 pub(super) fn goal(
@@ -24,7 +28,7 @@ pub(super) fn goal(
     light: &Light,
     neighbors: &NeighborTable,
     gradient: GradientMode,
-    stages: &mut impl StageObserver,
+    stages: &mut dyn StageObserver,
 ) -> Option<BodyVector> {
     let readings = neighbors
         .iter()
