@@ -8,22 +8,17 @@
 //!     command::Command,
 //!     controller::{Controller, StageObserver},
 //!     frame::BodyVector,
-//!     packet::Packet,
+//!     packet::Transmitter,
 //!     percept::{Percept, Stimulus},
 //!     robot_id::RobotId,
 //! };
 //!
 //! /// Drives towards the light.
-//! struct Phototaxis {
-//!     id: RobotId,
-//!     sequence: u32,
-//! }
+//! struct Phototaxis(Transmitter);
 //!
 //! impl Phototaxis {
 //!     fn command(&mut self, velocity: BodyVector) -> Command {
-//!         self.sequence += 1;
-//!         let packet = Packet { sender: self.id, sequence: self.sequence, light: 0.0 };
-//!         Command { estimated_error: None, velocity, packet }
+//!         Command { estimated_error: None, velocity, packet: self.0.packet(0.0) }
 //!     }
 //! }
 //!
@@ -42,8 +37,8 @@
 //!     }
 //! }
 //!
-//! let mut robot = Phototaxis { id: RobotId::first(3), sequence: 0 };
-//! assert_eq!(robot.boot().velocity, BodyVector::HERE);
+//! let mut robot = Phototaxis(Transmitter::new(RobotId::first(3)));
+//! assert_eq!(robot.boot().packet.sequence, 0);
 //! ```
 
 use crate::{command::Command, percept::Percept};

@@ -49,6 +49,29 @@ pub struct Packet {
     pub light: f32,
 }
 
+/// Makes a robot's packets: each with its name and the next number, counted from 0 at its boot.
+#[derive(Clone, Debug)]
+pub struct Transmitter {
+    sender: RobotId,
+    sequence: u32,
+}
+
+impl Transmitter {
+    /// The transmitter of a robot that has just booted.
+    pub fn new(sender: RobotId) -> Self {
+        Self { sender, sequence: 0 }
+    }
+
+    /// Returns the next packet, with a light reading in counts. A reading past f32 is sent as the largest one that a
+    /// packet can carry.
+    pub fn packet(&mut self, light: f64) -> Packet {
+        let sequence = self.sequence;
+        self.sequence = self.sequence.wrapping_add(1);
+        let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+        Packet { sender: self.sender, sequence, light }
+    }
+}
+
 /// Why a received frame is not an ISIS packet.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PacketError {

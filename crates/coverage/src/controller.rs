@@ -4,7 +4,7 @@ use protocol::{
     command::Command,
     controller::{Controller, Stage, StageObserver},
     frame::BodyVector,
-    packet::Packet,
+    packet::Transmitter,
     percept::Percept,
     robot_id::RobotId,
     setup::ControllerSetup,
@@ -21,17 +21,16 @@ use crate::{
 /// The paper's controller of one robot, with what it remembers between cycles.
 #[derive(Clone, Debug)]
 pub struct CoverageController {
-    id: RobotId,
+    transmitter: Transmitter,
     setup: ControllerSetup,
     neighbors: NeighborTable,
-    sequence: u32,
 }
 
 impl CoverageController {
     /// A controller with an empty neighbor table.
     pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
         let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
-        Self { id, setup, neighbors, sequence: 0 }
+        Self { transmitter: Transmitter::new(id), setup, neighbors }
     }
 
     /// What was heard and turned away so far.
@@ -60,20 +59,12 @@ impl CoverageController {
             None => velocity,
         }
     }
-
-    fn next_packet(&mut self, light: f64) -> Packet {
-        let sequence = self.sequence;
-        self.sequence = self.sequence.wrapping_add(1);
-        // A reading past f32 is sent as the largest one the packet can carry.
-        let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
-        Packet { sender: self.id, sequence, light }
-    }
 }
 
 impl Controller for CoverageController {
     /// Stands still and is heard.
     fn boot(&mut self) -> Command {
-        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.next_packet(0.0) }
+        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.transmitter.packet(0.0) }
     }
 
     fn hear(&mut self, percept: &Percept) {
@@ -93,7 +84,7 @@ impl Controller for CoverageController {
         let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
         stages.passed(Stage::Centroid);
         let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
-        Command { estimated_error: goal, velocity, packet: self.next_packet(percept.light.value) }
+        Command { estimated_error: goal, velocity, packet: self.transmitter.packet(percept.light.value) }
     }
 }
 
@@ -105,6 +96,7 @@ mod tests {
     use nalgebra::{Matrix2, Vector2};
     use proptest::prelude::*;
     use protocol::{
+        packet::Packet,
         percept::{Delivery, Light, Stimulus, Wall},
         setup::{Closure, GradientMode, Law},
         units::{Meters, MetersPerSecond, Radians},
