@@ -37,10 +37,13 @@ const PIECE_MIN: f64 = 0.01;
 const NEAR: f64 = 1e-6;
 /// Most sweeps of one solution; bodies that still overlap then stay where they were.
 const SWEEPS_MAX: u32 = 2000;
-/// Most contacts that sweeps correct for an island in a tick (a fifth of a second or so), before the rest of the tick
-/// is taken in [`HASTY_STEPS`]: bodies that are jammed need most of [`SWEEPS_MAX`] in each step.
+/// Most pairs that are looked at and contacts that sweeps correct for an island in a tick (a fifth of a second or so),
+/// before the rest of the tick is taken in [`HASTY_STEPS`]: bodies that are jammed need most of [`SWEEPS_MAX`] in each
+/// step, and where steps are long everybody may meet everybody.
 const CORRECTIONS_MAX: u64 = 20_000_000;
-/// Most steps that are left then. Nothing else in them is cut.
+/// After so many no more is looked for: what is found by then is kept if nobody overlaps.
+const CORRECTIONS_END: u64 = 4 * CORRECTIONS_MAX;
+/// Most steps that are left after [`CORRECTIONS_MAX`]. They are not cut where bodies first touch.
 const HASTY_STEPS: usize = 4;
 
 /// The contacts of discs of one radius in a rectangle, with what is remembered of them.
@@ -421,7 +424,7 @@ struct Solver {
     apart: Vec<Contact>,
     /// λ of the contacts of the piece before, for a whole tick, ordered by their keys.
     memory: Vec<(Key, f64)>,
-    /// Contacts that sweeps have corrected for the island in this tick.
+    /// Pairs that were looked at and contacts that sweeps have corrected for the island in this tick.
     corrections: u64,
 }
 
@@ -549,6 +552,7 @@ impl Solver {
         let (diameter_m, wall) = (scene.diameter_m(), positions.len());
         let within_m = diameter_m + 2.0 * reach_m;
         self.contacts.clear();
+        self.corrections += scene.pairs.len() as u64;
         for &(_, (a, b)) in scene.pairs {
             let apart = positions[b] - positions[a];
             if apart.norm_squared() < within_m * within_m {
@@ -639,7 +643,7 @@ impl Solver {
         for _ in 0..SWEEPS_MAX {
             self.corrections += self.contacts.len() as u64;
             let (largest_m, square) = self.sweep();
-            if largest_m <= converged_m {
+            if largest_m <= converged_m || self.corrections > CORRECTIONS_END {
                 return;
             }
             let beta = if square <= square_before { square / square_before } else { 0.0 };
