@@ -142,7 +142,7 @@ pub struct Summary {
     /// How often bodies stayed where they were because nobody could say how their contacts are kept; 0 in a sound run.
     pub contacts_unsolved: u64,
     /// How often, tick by tick, a group of bodies in contact moved in steps longer than they should be: bodies do not
-    /// overlap, but where they end is less certain. 0 if `step_s` is short enough for their speeds.
+    /// overlap, but where they end is less certain. 0 if `step_s` is short enough for their speeds and nobody is jammed.
     pub contacts_coarse: u64,
     /// Commands refused over all robots.
     pub commands_refused: u64,

@@ -100,7 +100,7 @@ fn write_contacts(text: &mut String, summary: &Value) -> fmt::Result {
         writeln!(
             text,
             "contacts: {groups} times bodies that met moved in steps longer than they should be, so where they end is \
-             less certain; a smaller step_s helps"
+             less certain; a smaller step_s helps, unless they are jammed"
         )?;
     }
     Ok(())

@@ -123,6 +123,19 @@ mod tests {
         assert_eq!(delivery, heard(0.1, -0.3));
     }
 
+    #[test]
+    fn readings_as_far_apart_as_a_percept_may_carry_them_move_a_neighbor_somewhere() {
+        let reading = |x: f64, heading: f64| Odometry {
+            position: BodyVector::new(x, -x),
+            heading: Radians::new(heading).unwrap(),
+        };
+        for range in [0.0, 1.0, f64::MAX] {
+            let mut delivery = heard(range, 1e308);
+            reading(1e12, -1e12).since(&reading(-1e12, 1e12)).carry_along(&mut delivery);
+            assert!(delivery.range.get() >= 0.0 && delivery.bearing.get().is_finite());
+        }
+    }
+
     proptest! {
         #[test]
         fn readings_lost_on_the_way_change_nothing(

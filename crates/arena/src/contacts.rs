@@ -37,6 +37,14 @@ const PIECE_MIN: f64 = 0.01;
 const NEAR: f64 = 1e-6;
 /// Most sweeps of one solution; bodies that still overlap then stay where they were.
 const SWEEPS_MAX: u32 = 2000;
+/// Most pairs that are looked at and contacts that sweeps correct for an island in a tick (a fifth of a second or so),
+/// before the rest of the tick is taken in [`HASTY_STEPS`]: bodies that are jammed need most of [`SWEEPS_MAX`] in each
+/// step, and where steps are long everybody may meet everybody.
+const CORRECTIONS_MAX: u64 = 20_000_000;
+/// After so many no more is looked for: what is found by then is kept if nobody overlaps.
+const CORRECTIONS_END: u64 = 4 * CORRECTIONS_MAX;
+/// Most steps that are left after [`CORRECTIONS_MAX`]. They are not cut where bodies first touch.
+const HASTY_STEPS: usize = 4;
 
 /// The contacts of discs of one radius in a rectangle, with what is remembered of them.
 #[derive(Clone, Debug)]
@@ -58,6 +66,8 @@ pub(crate) struct Contacts {
     meetings: Vec<(usize, (usize, usize))>,
     /// Where bodies were before the tick.
     before: Vec<ArenaPoint>,
+    /// Where the bodies of an island were before the step.
+    back: Vec<ArenaPoint>,
     solver: Solver,
     /// Multipliers of the last step of the last tick, ordered by their contacts.
     memory: Vec<(Key, f64)>,
@@ -91,6 +101,7 @@ impl Contacts {
             members: Vec::new(),
             meetings: Vec::new(),
             before: Vec::new(),
+            back: Vec::new(),
             solver: Solver::default(),
             memory: Vec::new(),
             news: Vec::new(),
@@ -135,6 +146,11 @@ impl Contacts {
 
     fn diameter_m(&self) -> f64 {
         2.0 * self.radius_m
+    }
+
+    /// Bodies that are closer overlap.
+    fn least_m(&self) -> f64 {
+        self.diameter_m() * (1.0 - TOUCH)
     }
 
     /// Lists the pairs that may meet if no body moves farther than `reach_m`.
@@ -209,7 +225,8 @@ impl Contacts {
 
     /// Moves those who meet, island by island, from where they were before.
     fn move_islands(&mut self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
-        let Self { solver, memory, news, before, .. } = self;
+        let least_m = self.least_m();
+        let Self { solver, memory, news, before, back, .. } = self;
         news.clear();
         solver.begin(positions.len(), wanted.yields);
         let (mut members, mut meetings) = (&self.members[..], &self.meetings[..]);
@@ -236,8 +253,23 @@ impl Contacts {
             };
             solver.remember(own, memory);
             let mut coarse = needed > steps;
-            for _ in 0..steps {
-                coarse |= !solver.step(&scene, positions, touched);
+            let (mut left, mut taken) = (steps, 1);
+            while left > 0 {
+                if taken == 1 && solver.is_spent() {
+                    taken = left.div_ceil(HASTY_STEPS);
+                }
+                taken = taken.min(left);
+                left -= taken;
+                back.clear();
+                back.extend(own.iter().map(|&(_, body)| positions[body]));
+                coarse |= !solver.step(&scene.piece(taken as f64), positions, touched);
+                let overlap =
+                    |&(_, pair): &(usize, (usize, usize))| overlap(pair, positions, before, least_m);
+                if solver.is_spent() && pairs.iter().any(overlap) {
+                    // What was found with care before is kept.
+                    own.iter().zip(&*back).for_each(|(&(_, body), &at)| positions[body] = at);
+                    break;
+                }
             }
             self.coarse += u64::from(coarse);
             news.extend_from_slice(&solver.memory);
@@ -249,13 +281,11 @@ impl Contacts {
     /// Bodies that overlap although the solver has done what it could go back to where they were. That can only free
     /// room: before the tick they did not overlap, so this ends, at the latest with everybody back.
     fn retreat(&mut self, positions: &mut [ArenaPoint]) {
-        let least_m = self.diameter_m() * (1.0 - TOUCH);
+        let least_m = self.least_m();
         let mut moved = true;
         while std::mem::take(&mut moved) {
             for &(a, b) in &self.pairs {
-                let distance_m = (positions[b] - positions[a]).norm();
-                // Rounding alone may have left them closer than allowed before.
-                if distance_m >= least_m || distance_m >= (self.before[b] - self.before[a]).norm() {
+                if !overlap((a, b), positions, &self.before, least_m) {
                     continue;
                 }
                 for body in [a, b] {
@@ -268,6 +298,12 @@ impl Contacts {
             }
         }
     }
+}
+
+/// Whether two bodies are closer than `least_m`, and closer than before: rounding alone may have left them so then.
+fn overlap((a, b): (usize, usize), positions: &[ArenaPoint], before: &[ArenaPoint], least_m: f64) -> bool {
+    let distance_m = (positions[b] - positions[a]).norm();
+    distance_m < least_m && distance_m < (before[b] - before[a]).norm()
 }
 
 /// Steps that a tick needs in which the farthest of bodies of this diameter moves so far; at least one.
@@ -314,7 +350,7 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// A piece of the step.
+    /// A piece of the step, or more than one.
     fn piece(&self, share: f64) -> Self {
         Self { share: self.share * share, longest_m: self.longest_m * share, ..*self }
     }
@@ -388,6 +424,8 @@ struct Solver {
     apart: Vec<Contact>,
     /// λ of the contacts of the piece before, for a whole tick, ordered by their keys.
     memory: Vec<(Key, f64)>,
+    /// Pairs that were looked at and contacts that sweeps have corrected for the island in this tick.
+    corrections: u64,
 }
 
 impl Solver {
@@ -402,6 +440,7 @@ impl Solver {
 
     /// Begins an island with what is known of its contacts.
     fn remember(&mut self, members: &[(usize, usize)], known: &[(Key, f64)]) {
+        self.corrections = 0;
         self.memory.clear();
         // Contacts of two bodies are ordered by the first, and those with walls have their body first as well.
         for &(_, body) in members {
@@ -410,11 +449,19 @@ impl Solver {
         }
     }
 
+    /// Whether so much has been computed for the island in this tick that the rest has to be had for less.
+    fn is_spent(&self) -> bool {
+        self.corrections > CORRECTIONS_MAX
+    }
+
     /// Moves the bodies of an island for one step and notes who is touched. Where bodies first touch within the step,
     /// it is cut. Returns whether it was cut as often as it should be.
     fn step(&mut self, scene: &Scene<'_>, positions: &mut [ArenaPoint], touched: &mut [bool]) -> bool {
         let mut left = 1.0;
         for _ in 1..PIECES_MAX {
+            if self.is_spent() {
+                break;
+            }
             let rest = scene.piece(left);
             self.find_displacements(&rest, positions);
             let near_m = rest.near_m();
@@ -505,6 +552,7 @@ impl Solver {
         let (diameter_m, wall) = (scene.diameter_m(), positions.len());
         let within_m = diameter_m + 2.0 * reach_m;
         self.contacts.clear();
+        self.corrections += scene.pairs.len() as u64;
         for &(_, (a, b)) in scene.pairs {
             let apart = positions[b] - positions[a];
             if apart.norm_squared() < within_m * within_m {
@@ -593,8 +641,9 @@ impl Solver {
         let mut square_before = 0.0;
         self.contacts.iter_mut().for_each(|contact| contact.direction_m = 0.0);
         for _ in 0..SWEEPS_MAX {
+            self.corrections += self.contacts.len() as u64;
             let (largest_m, square) = self.sweep();
-            if largest_m <= converged_m {
+            if largest_m <= converged_m || self.corrections > CORRECTIONS_END {
                 return;
             }
             let beta = if square <= square_before { square / square_before } else { 0.0 };

@@ -171,8 +171,8 @@ mod tests {
         let ring =
             Ring::new(&scenario(&[&["arena.size_m=[40, 4]", "light.adc_step_counts=1"], sets].concat()));
         let at = ArenaPoint::new(2.0 + distance_m, 2.0);
-        (0..3600).try_fold((0.0_f64, [f64::INFINITY, 0.0]), |(worst_deg, [least, most]), tenth| {
-            let heading = std::f64::consts::PI + (f64::from(tenth) / 10.0).to_radians();
+        (0..100_000).try_fold((0.0_f64, [f64::INFINITY, 0.0]), |(worst_deg, [least, most]), part| {
+            let heading = std::f64::consts::PI + std::f64::consts::TAU * f64::from(part) / 1e5;
             let light = ring.read(0, &Pose { position: at, heading }, 0);
             let Stimulus::Bearing(bearing) = light.stimulus else { return None };
             let off = protocol::units::wrapped(bearing.get() + heading - std::f64::consts::PI);
@@ -184,14 +184,14 @@ mod tests {
     fn a_coarse_or_a_saturated_converter_costs_as_much_of_bearing_and_strength_as_the_guide_says() {
         const STRONGEST_M: f64 = 0.3 * std::f64::consts::FRAC_1_SQRT_2;
         let cases = [
-            ("500", STRONGEST_M, 0.06, [499.5, 500.6]),
-            ("500", 1.0, 0.28, [102.2, 103.2]),
-            ("500", 2.0, 1.05, [27.8, 28.7]),
-            ("500", 5.0, 3.8, [4.3, 5.0]),
-            ("500", 10.0, 19.6, [0.9, 1.2]),
-            ("2000", STRONGEST_M, 2.96, [1234.9, 1259.0]),
-            ("5000", STRONGEST_M, 10.68, [1234.9, 1336.6]),
-            ("500000", STRONGEST_M, 22.3, [1234.9, 1336.6]),
+            ("500", STRONGEST_M, 0.068, [499.46, 500.56]),
+            ("500", 1.0, 0.31, [102.15, 103.28]),
+            ("500", 2.0, 1.069, [27.8, 28.7]),
+            ("500", 5.0, 3.804, [4.3, 5.0]),
+            ("500", 10.0, 19.644, [0.9, 1.2]),
+            ("2000", STRONGEST_M, 2.986, [1234.87, 1259.13]),
+            ("5000", STRONGEST_M, 10.70, [1234.9, 1336.6]),
+            ("500000", STRONGEST_M, 22.383, [1234.9, 1336.6]),
         ];
         for (peak, distance_m, worst_deg, strengths) in cases {
             let seen = worst(&[&format!("field.lamp.0.peak={peak}")], distance_m);

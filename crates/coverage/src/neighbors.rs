@@ -232,6 +232,7 @@ fn supersedes<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
 mod tests {
     use std::vec::Vec;
 
+    use proptest::prelude::*;
     use protocol::{
         packet::Packet,
         units::{Meters, Radians},
@@ -340,6 +341,46 @@ mod tests {
         let kept = indices(&table);
         assert_eq!((kept.len(), kept.contains(&9000), kept.contains(&9001)), (NEIGHBORS_MAX, false, true));
         assert_eq!(table.refused.full, 2);
+    }
+
+    /// What a table without bounds of room would hold, written anew: who is believed, and when it was heard.
+    type Known = std::collections::BTreeMap<u32, (Tick, u16, u32)>;
+
+    proptest! {
+        #[test]
+        fn in_whatever_order_packets_come_the_latest_of_each_sender_is_known(
+            timeout in 1_u32..4,
+            percepts in proptest::collection::vec(
+                (0_u64..500, proptest::collection::vec((0_u32..6, 0_u16..3, 0_u32..6), 0..12)), 1..40),
+        ) {
+            let mut table = NeighborTable::new(RobotId::first(3), timeout);
+            let (mut known, mut tick, mut outdated) = (Known::new(), 0, 0);
+            for (wait, packets) in percepts {
+                // Mostly the next tick, now and then after most of the memory.
+                tick += if wait < 400 { wait % 3 } else { 2 * wait };
+                known.retain(|_, &mut (heard, ..)| tick - heard < MEMORY_TICKS.into());
+                let base = (u16::MAX - 1, u32::MAX - 2);
+                let said = |&(index, life, number): &(u32, u16, u32)| {
+                    heard(index, base.0.wrapping_add(life), base.1.wrapping_add(number), 1.0)
+                };
+                table.record(tick, &packets.iter().map(said).collect::<Vec<_>>());
+                for (index, life, number) in packets.into_iter().filter(|packet| packet.0 != 3) {
+                    match known.get(&index) {
+                        Some(&(_, last, latest)) if (last, latest) > (life, number) => outdated += 1,
+                        _ => drop(known.insert(index, (tick, life, number))),
+                    }
+                }
+                let live = known.iter().filter(|(_, (heard, ..))| tick - heard < timeout.into());
+                let expected: Vec<_> = live
+                    .map(|(&index, &(tick, life, number))| {
+                        (tick, said(&(index, life, number)).packet)
+                    })
+                    .collect();
+                let believed: Vec<_> = table.iter().map(|known| (known.heard, known.delivery.packet)).collect();
+                prop_assert_eq!(believed, expected);
+                prop_assert_eq!(table.refused.outdated, outdated);
+            }
+        }
     }
 
     #[test]

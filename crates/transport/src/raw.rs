@@ -27,7 +27,8 @@ use protocol::{
 pub const BOOT_TICK: Tick = Tick::MAX;
 
 /// Largest component of an estimated error (m) or velocity (m/s) that is carried out. An honest robot stays far
-/// below: a cell that a gap just under π leaves open reaches some 1e9 m.
+/// below: a cell that a gap just under π leaves open reaches some 1e9 m. Odometry is held to it as well: so the
+/// difference of two readings is finite.
 const REASON: f64 = 1e12;
 
 /// One infrared frame: the first `len` bytes count.
@@ -249,6 +250,14 @@ pub enum PerceptError {
         /// The largest known value.
         max: u32,
     },
+    /// NaN, or beyond all reason.
+    #[error("{what} is {value}, not within ±{REASON:e}")]
+    Unreasonable {
+        /// Name of the field.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
 }
 
 impl RawFrame {
@@ -432,10 +441,10 @@ impl RawHead {
             0 => Ok(None),
             1 => Ok(Some(Odometry {
                 position: BodyVector::new(
-                    finite(self.odometry_x_m, "meters")?,
-                    finite(self.odometry_y_m, "meters")?,
+                    reasonable("odometry x", self.odometry_x_m)?,
+                    reasonable("odometry y", self.odometry_y_m)?,
                 ),
-                heading: self.odometry_heading_rad.try_into()?,
+                heading: reasonable("odometry heading", self.odometry_heading_rad)?.try_into()?,
             })),
             value => Err(PerceptError::OutOfRange { what: "flag for odometry", value: value.into(), max: 1 }),
         }
@@ -510,6 +519,10 @@ impl RawComponent {
             value => Err(PerceptError::OutOfRange { what: "component kind", value, max: 2 }),
         }
     }
+}
+
+fn reasonable(what: &'static str, value: f64) -> Result<f64, PerceptError> {
+    if value.abs() <= REASON { Ok(value) } else { Err(PerceptError::Unreasonable { what, value }) }
 }
 
 fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
@@ -659,6 +672,9 @@ mod tests {
         let heads = [
             RawHead { odometry_x_m: f64::INFINITY, ..good },
             RawHead { odometry_heading_rad: f64::NAN, ..good },
+            // Finite, but the difference of two such readings need not be.
+            RawHead { odometry_y_m: -1e308, ..good },
+            RawHead { odometry_heading_rad: 1e308, ..good },
             RawHead { has_odometry: 2, ..good },
         ];
         for head in heads {

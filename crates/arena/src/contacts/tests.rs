@@ -172,6 +172,34 @@ fn two_hundred_random_scenes_end_where_another_solver_has_them_and_nobody_stands
 }
 
 #[test]
+fn a_jam_takes_a_bounded_time_and_still_moves() {
+    // Twenty rows as dense as discs can be, all of whom want to go elsewhere.
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut any = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
+    for body in 0..400 {
+        let (row, place) = (f64::from(body / 20), f64::from(body % 20));
+        let aside = if body / 20 % 2 == 0 { 0.0 } else { 0.5 };
+        positions.push([0.1 + 0.20002 * (place + aside), 0.1 + 0.20002 * libm::sqrt(0.75) * row]);
+        velocities.push([any(), any()]);
+    }
+    let mut discs = Discs { size_m: [4.11, 3.51], ..Discs::new(&positions, &velocities) };
+    let mut contacts = Contacts::new(discs.radius_m, discs.size_m);
+    let displacements: Vec<_> = discs.velocities.iter().map(|velocity| velocity * 0.1).collect();
+    let mut touched = vec![false; 400];
+    let before = discs.positions.clone();
+    let wanted = Wanted { displacements: &displacements, yields: &discs.yields };
+    contacts.advance(&mut discs.positions, wanted, &mut touched);
+    let corrections = contacts.solver.corrections;
+    assert!(corrections > CORRECTIONS_MAX, "{corrections} corrections are no jam");
+    assert!(corrections < 4 * CORRECTIONS_MAX, "{corrections} corrections");
+    assert!(discs.overlap_m() <= 0.2 * TOUCH, "{:e}", discs.overlap_m());
+    assert_eq!((contacts.coarse(), contacts.unsolved()), (1, 0));
+    let moved = discs.positions.iter().zip(&before).filter(|(now, before)| now != before).count();
+    assert!(moved > 300, "{moved} of 400 have moved");
+}
+
+#[test]
 fn a_tick_is_cut_into_steps_of_a_400th_of_a_body_but_into_no_more_than_256() {
     assert_eq!([0.0, 0.0005, 0.00051, 0.1].map(|longest_m| steps(longest_m, 0.2)), [1, 1, 2, 200]);
     // Two bodies that touch; a longer way is cut no finer, and counted.
