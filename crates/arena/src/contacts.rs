@@ -108,6 +108,21 @@ impl Contacts {
         }
     }
 
+    /// Makes room for what so many bodies may need at once, as long as no step is long against them: a disc touches six
+    /// others at most. So a crowd that forms late asks for no memory.
+    fn make_room(&mut self, bodies: usize) {
+        const CONTACTS: usize = 4;
+        self.members.reserve(bodies);
+        self.back.reserve(bodies);
+        self.pairs.reserve(CONTACTS * bodies);
+        self.meetings.reserve(CONTACTS * bodies);
+        self.memory.reserve(CONTACTS * bodies);
+        self.news.reserve(CONTACTS * bodies);
+        self.solver.contacts.reserve(CONTACTS * bodies);
+        self.solver.apart.reserve(CONTACTS * bodies);
+        self.solver.memory.reserve(CONTACTS * bodies);
+    }
+
     /// How often bodies stayed where they were because no solution was found for them.
     pub(crate) fn unsolved(&self) -> u64 {
         self.unsolved
@@ -121,6 +136,9 @@ impl Contacts {
 
     /// Moves bodies from `positions`, where they do not overlap, and says which of them were touched.
     pub(crate) fn advance(&mut self, positions: &mut [ArenaPoint], wanted: Wanted<'_>, touched: &mut [bool]) {
+        if self.before.is_empty() {
+            self.make_room(positions.len());
+        }
         self.before.clear();
         self.before.extend_from_slice(positions);
         // Bodies that are squeezed out may be faster than any that push: then who may meet is looked up anew.
