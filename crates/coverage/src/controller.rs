@@ -34,7 +34,7 @@ impl CoverageController {
         Self { id, setup, neighbors, sequence: 0 }
     }
 
-    /// What was heard and turned away so far.
+    /// Returns the neighbor table.
     pub fn neighbors(&self) -> &NeighborTable {
         &self.neighbors
     }

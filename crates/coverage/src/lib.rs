@@ -1,4 +1,4 @@
-//! One robot's mind: pure, `no_std`, no allocation.
+//! The paper's controller of one robot: pure, `no_std`, no allocation.
 //!
 //! Read [`CoverageController::step`] first; it reads from top to bottom like Algorithm 1 of the paper:
 //! M. Schwager, J. McLurkin, D. Rus, "Distributed Coverage Control with Sensory Feedback for
