@@ -17,9 +17,9 @@ const CORES_MAX: usize = 8;
 /// Parts per core, so that who is done early takes another one.
 const PARTS_PER_CORE: usize = 2;
 
-/// Who works at a tick.
+/// Cores that work at a tick.
 pub enum Cores {
-    /// The caller's.
+    /// The caller's core.
     One,
     /// Several, which sleep between stages.
     Several(ThreadPool),

@@ -33,11 +33,11 @@ pub struct Plan {
     pub mode: Mode,
     /// Cap on virtual over real time.
     pub speed: Option<f64>,
-    /// What if real time cannot be kept.
+    /// Behavior if real time cannot be kept.
     pub overload: Overload,
     /// Whether the arena may use all cores: it is the only one at work.
     pub shares: bool,
-    /// Who sees how it goes on.
+    /// Destination of progress reports.
     pub audience: Audience,
 }
 
@@ -49,7 +49,7 @@ pub fn no_observer(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs `scenario`, whose start `arena` is, to its end under the eyes of `observer`, and writes what it leaves.
+/// Runs `scenario`, whose start `arena` is, to its end, watched by `observer`, and writes what it leaves.
 /// A squad that fails or an observer that objects ends the run, and the summary says so; it also says what could not
 /// be written.
 pub fn run(
@@ -128,7 +128,7 @@ const NAP: Duration = Duration::from_millis(100);
 /// Time between two warnings that the machine does not keep up.
 const LATE_AGAIN: Duration = Duration::from_secs(5);
 
-/// What cuts a run short.
+/// Reason why a run is cut short.
 enum Interruption {
     Overload(String),
     Squad(SquadError),
@@ -248,8 +248,8 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may be
-    /// silent: of them nothing is known.
+    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may
+    /// be silent: of them nothing is known.
     fn is_converged(&self, status: &Status) -> bool {
         let is_close = |mean_m| mean_m < self.scenario.convergence.tolerance_m.get();
         let takes_part = |standing: &RobotStatus| standing.alive && !standing.paused;

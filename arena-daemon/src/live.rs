@@ -28,10 +28,10 @@ pub use snapshot::{
 
 /// Time between two snapshots.
 pub const EVERY: Duration = Duration::from_millis(100);
-/// Who has asked this long ago still watches.
+/// A client that has asked this long ago still watches.
 const WATCHES_FOR: Duration = Duration::from_secs(1);
 
-/// What the run's loop tells and others ask for.
+/// State of a run that its loop tells and others ask for.
 #[derive(Debug)]
 pub struct Live {
     began: Instant,
@@ -73,12 +73,12 @@ impl Live {
         self.always || asked > 0 && self.now_ms() < asked + WATCHES_FOR.as_millis() as u64
     }
 
-    /// Who is waited for now.
+    /// Sets the robots that are waited for.
     pub fn wait_for(&self, waiting: Option<Waiting>) {
         self.state().snapshot.waiting = waiting;
     }
 
-    /// Changes what is told.
+    /// Changes the snapshot.
     fn tell(&self, change: impl FnOnce(&mut Snapshot)) {
         change(&mut self.state().snapshot);
     }

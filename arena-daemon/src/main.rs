@@ -88,7 +88,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What is over when this process ends.
+/// Result of this process.
 enum Over {
     Run(Box<Summary>),
     /// The records of all trials have been told.

@@ -1,4 +1,4 @@
-//! What the command line says about a scenario and a run of it, shared by the programs and their subcommands.
+//! Command-line options of a scenario and a run of it, shared by the programs and their subcommands.
 
 use std::{
     ffi::OsString,

@@ -1,4 +1,4 @@
-//! What a run leaves on disk (`--out DIR`).
+//! Files that a run leaves on disk (`--out DIR`).
 //!
 //! `scenario.toml` comes first and marks the folder as used, `metrics.csv` (and `poses.csv`, where the
 //! scenario asks for it) grow with the run, and `summary.json`, `robots.csv`, `ledger.csv` and `latency.hlog` are

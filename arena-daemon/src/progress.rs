@@ -37,12 +37,12 @@ pub struct Status {
     pub present: usize,
 }
 
-/// Who is to see how a run goes on.
+/// Destination of progress reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Audience {
-    /// Nobody.
+    /// None.
     Nobody,
-    /// Whoever reads standard error.
+    /// Standard error, for a person.
     StandardError,
     /// The supervisor, which has the terminal.
     Supervisor,

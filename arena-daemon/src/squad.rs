@@ -27,15 +27,15 @@ use crate::{
 /// One entry per robot: its command, or `None` while its agent is silent.
 pub type Answers = Vec<Option<Command>>;
 
-/// The minds of a run, wherever they are.
+/// The agents of a run, wherever they are.
 pub trait Squad {
-    /// Waits until every robot is there and returns what they do at first: stand still and say
-    /// who they are. May return early, with robots missing, once `stop` is raised.
+    /// Waits until every robot is there and returns the first commands: stand still and send
+    /// a first packet. May return early, with robots missing, once `stop` is raised.
     fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
 
-    /// Does to agents what the fault plan says for `tick`, the tick to come. Who is killed or paused
-    /// is silent at once and gets no percepts; who goes on takes part again from the next exchange
-    /// on; who is restarted begins a new life, whose first command is in `answers` as soon as it
+    /// Applies to agents what the fault plan says for `tick`, the tick to come. A robot killed or paused
+    /// is silent at once and gets no percepts; one resumed takes part again from the next exchange
+    /// on; one restarted begins a new life, whose first command is in `answers` as soon as it
     /// has come. Robots that are left out stay so.
     fn apply_process_faults(
         &mut self,
@@ -58,33 +58,33 @@ pub trait Squad {
         Ok(())
     }
 
-    /// What its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
+    /// Returns what its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
     fn profile(&mut self) -> Option<Profile> {
         None
     }
 
-    /// Where those are told who watch the run; `None` if nobody can.
+    /// Returns the live state, for those who watch the run; `None` if nobody can.
     fn live(&self) -> Option<Arc<Live>> {
         None
     }
 
-    /// How its robots are, for those who watch the run. What they take is measured from now on if it is `watched`, and
+    /// Returns the status of its robots. What they take is measured from now on if the run is `watched`, and
     /// no longer if not.
     fn status_of_robots(&mut self, watched: bool) -> SquadStatus;
 
-    /// Ends every mind.
+    /// Ends every agent.
     fn dismiss(&mut self);
 
-    /// What has become of each robot.
+    /// Returns the status of each robot.
     fn robot_statuses(&self) -> Vec<RobotStatus>;
 
-    /// What went wrong without being planned, in order.
+    /// Returns what went wrong without being planned, in order.
     fn incidents(&self) -> &[Incident] {
         &[]
     }
 }
 
-/// What has become of one robot's agent.
+/// Status of one robot's agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RobotStatus {
     /// The robot and its present life.
@@ -106,7 +106,7 @@ pub struct Incident {
     pub robot: u32,
     /// The tick it happened in.
     pub tick: u64,
-    /// What happened and what was done about it.
+    /// The event and what was done about it.
     pub what: String,
 }
 

@@ -16,7 +16,7 @@ use crate::stop::StopFlag;
 /// A robot whose process the supervisor has seen end, and how.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lost {
-    /// Whose process it was.
+    /// The robot, and its life.
     pub id: RobotId,
     /// The process.
     pub pid: u32,

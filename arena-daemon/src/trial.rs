@@ -28,7 +28,7 @@ pub const TOLERANCES_M: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// For each of [`TOLERANCES_M`] the first time, in seconds, at which an error was below it.
 pub type FirstBelow = [Option<f64>; TOLERANCES_M.len()];
 
-/// What a trial came to.
+/// Result of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// How it ended.

@@ -20,7 +20,7 @@ const TICKS_BEFORE: usize = 5;
 /// Ticks that are counted.
 const TICKS_COUNTED: usize = 20;
 
-/// An arena, the minds in it, and what they have answered last.
+/// An arena, the controllers in it, and their last answers.
 struct Swarm {
     arena: Arena,
     controllers: Vec<CoverageController>,

@@ -70,7 +70,7 @@ impl Bench {
         after.is_some_and(|after| !after.starts_with(|next: char| next.is_ascii_digit()))
     }
 
-    /// What everything of it is called, or begins with.
+    /// Name of everything of it, or its beginning.
     fn name(&self) -> String {
         format!("tick-cost-{}", self.child.id())
     }

@@ -29,7 +29,7 @@ use self::{
 };
 use crate::{failure::Failure, log, run::Engine, stdout::say};
 
-/// What can be kept of every trial beside its row.
+/// Tables that can be kept of every trial beside its row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Keep {
@@ -69,7 +69,7 @@ pub(crate) struct BatchArgs {
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
 
-    /// Who thinks for the robots: with processes, the same ones play trial after trial
+    /// Engine that runs the robots: with processes, the same ones play trial after trial
     #[arg(long, value_enum, default_value_t = Engine::InProcess)]
     engine: Engine,
 

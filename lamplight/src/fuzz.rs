@@ -35,7 +35,7 @@ const DURATION_MAX_S: f64 = 20.0;
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
 
-/// What each scenario is run by.
+/// Engines that run each scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Engines {
     /// In this process and as a process per robot: both must agree
@@ -54,7 +54,7 @@ pub(crate) struct FuzzArgs {
     #[arg(long, value_name = "K", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
 
-    /// What each scenario is run by
+    /// Engines that run each scenario
     #[arg(long, value_enum, default_value_t)]
     engine: Engines,
 
@@ -215,7 +215,7 @@ fn agree(summary: &Summary, processes: &Value) -> Result<(), String> {
     Ok(())
 }
 
-/// What a failed run says: what broke, how to repeat it, and where its scenario is.
+/// Report of a failed run: what broke, how to repeat it, and where its scenario is.
 fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
     let mut text =
         format!("seed {} failed: {what}\n  repeat: {}\n", scenario.seed, replay(args, scenario.seed));

@@ -28,11 +28,11 @@ pub(crate) struct Pace {
     pub(crate) speed: Option<f64>,
     /// Whether the arena may use all cores.
     pub(crate) shares: bool,
-    /// Who sees how it goes on.
+    /// Destination of progress reports.
     pub(crate) audience: Audience,
 }
 
-/// Runs `scenario`, whose start `arena` is, to its end in this process, watched by whom `live` is handed out to.
+/// Runs `scenario`, whose start `arena` is, to its end in this process, with `live` for those who watch.
 pub(crate) fn run(
     scenario: &Scenario,
     arena: &mut Arena,
@@ -49,7 +49,7 @@ pub(crate) fn run(
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 
-/// The same as fast as it can, without a word and without outputs: one run of many. A panic ends this run alone.
+/// The same as fast as it can, silently and without outputs: one run of many. A panic ends this run alone.
 pub(crate) fn run_quietly(
     scenario: &Scenario,
     stop: &StopFlag,

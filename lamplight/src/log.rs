@@ -128,7 +128,7 @@ impl Kept {
         logging::line(Level::WARN, module_path!(), &words)
     }
 
-    /// What was left out, written to the file too.
+    /// Returns a last line that counts what was left out, written to the file too.
     fn last_line(&mut self) -> Option<logging::line::Line> {
         let left_out = self.left_out;
         let words = format_args!("{}: {left_out} lines are left out", self.path.display());
@@ -198,7 +198,7 @@ fn gather(pipe: PipeReader) {
     }
 }
 
-/// What no log has written, such as the message of a panic, as a line of JSON.
+/// Makes a line of JSON of what no log has written, such as the message of a panic.
 fn foreign(line: &[u8]) -> logging::line::Line {
     logging::line(Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
 }

@@ -60,9 +60,10 @@ enum Command {
     ///
     /// Run i (from 0) has the seed S + i, where S is the scenario's seed or --seed. From it are drawn the start,
     /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
-    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts --duration, or else fuzz.duration_s, or else the scenario's
-    /// duration_s, at most 20 seconds of virtual time. A failed run prints the command that repeats it. Exit
-    /// status: 0 if no run failed, 1 if one did, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts
+    /// --duration, or else fuzz.duration_s, or else the scenario's duration_s, at most 20 seconds of virtual time. A
+    /// failed run prints the command that repeats it. Exit status: 0 if no run failed, 1 if one did, 2 for bad
+    /// arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
     ///

@@ -32,7 +32,7 @@ use crate::{
     supervisor::{self, Watch},
 };
 
-/// Who thinks for the robots.
+/// Engine that runs the robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
     /// A process per robot
@@ -57,7 +57,7 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     options: RunOptions,
 
-    /// Who thinks for the robots
+    /// Engine that runs the robots
     #[arg(long, value_enum, default_value_t)]
     engine: Engine,
 
@@ -79,7 +79,7 @@ pub(crate) struct RunArgs {
     by_hand: Option<RobotSet>,
 }
 
-/// What a run came to.
+/// Result of a run.
 pub(crate) struct Outcome {
     /// Its `summary.json`; `None` if a second signal ended it at once.
     pub(crate) summary: Option<String>,

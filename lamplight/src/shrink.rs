@@ -256,7 +256,7 @@ fn result(
     )
 }
 
-/// What was found, for a person.
+/// Account of what was found, for a person.
 fn account(small: &Scenario, expression: &Expression, (faults, robots): (usize, u32), tries: u64) -> String {
     let mut text = format!(
         "{} of {faults} faults and {} of {robots} robots still show it ({expression}), found in {tries} tries\n",

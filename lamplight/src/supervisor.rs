@@ -49,7 +49,7 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 /// How often killed children are looked for.
 const REAP_POLL: Duration = Duration::from_millis(10);
 
-/// What the supervisor wakes up to.
+/// Event that wakes the supervisor.
 enum SupervisorEvent {
     Signal(i32),
     /// The whole run has stood still for so long.
@@ -104,7 +104,7 @@ pub(crate) fn run(
     outcome
 }
 
-/// What is to be started.
+/// Parts that a supervisor starts from.
 #[derive(Clone, Copy)]
 struct Start<'a> {
     options: &'a RunOptions,
@@ -193,7 +193,7 @@ impl<'a> Supervisor<'a> {
         })
     }
 
-    /// Until the arena has ended and said its last word.
+    /// Handles events until the arena has ended and sent its last message.
     fn watch(&mut self, happenings: &Receiver<SupervisorEvent>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {

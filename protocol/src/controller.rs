@@ -1,4 +1,4 @@
-//! The seam for a robot's mind: percepts in, commands out.
+//! The trait of a robot's controller: percepts in, commands out.
 //!
 //! A controller knows what its percepts say and nothing else: no clock, no pose, no number of robots. Whoever has
 //! one of these has a robot: the crate `robot-agent` makes a process of it, the crate `engine` a robot in process.
@@ -43,7 +43,7 @@
 
 use crate::{command::Command, percept::Percept};
 
-/// One robot's mind.
+/// The controller of one robot.
 ///
 /// Determinism is its own: the same percepts must give the same commands, or runs cannot be repeated.
 pub trait Controller {
@@ -64,7 +64,7 @@ pub trait Controller {
 /// the whole step as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// What was heard is in the neighbor table.
+    /// Deliveries are in the neighbor table.
     Neighbors,
     /// The local cell is cut, and closed where it was open.
     Cell,

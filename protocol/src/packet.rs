@@ -41,7 +41,7 @@ pub type Frame = ArrayVec<u8, PACKET_BYTES_MAX>;
 /// One ISIS localization message, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Packet {
-    /// Who sent it.
+    /// The robot that sent it.
     pub sender: RobotId,
     /// Counts the sender's packets since its boot; wraps.
     pub sequence: u32,
@@ -86,9 +86,9 @@ pub enum PacketError {
     /// Bits flipped on the way.
     #[error("checksum field is {received:#06x}, the bytes give {computed:#06x}")]
     Checksum {
-        /// What the frame says.
+        /// Checksum in the frame.
         received: u16,
-        /// What its bytes give.
+        /// Checksum of its bytes.
         computed: u16,
     },
     /// A kind this version does not speak.

@@ -1,4 +1,4 @@
-//! Who is speaking: a robot and which life of it.
+//! Identity of a robot: its index and its life.
 
 use serde::{Deserialize, Serialize};
 

@@ -19,13 +19,13 @@ use transport::{
 
 use crate::stopwatch::Stopwatch;
 
-/// What the agents of a run are told.
+/// Reads the setup of a run's agents.
 pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
     Ok(codec::decode(&setup)?)
 }
 
-/// One robot's mind and its line to the world.
+/// One robot's controller with its ports.
 #[derive(Debug)]
 pub(crate) struct Agent<C, N> {
     pub(crate) id: RobotId,

@@ -72,8 +72,8 @@ struct Cli {
     quiet: bool,
 }
 
-/// Runs the agent of one robot: reads the command line, joins the run it names, and answers with a controller that `new`
-/// makes of the robot's id and the run's parameters, anew for each trial. Returns when the run ends.
+/// Runs the agent of one robot: reads the command line, joins the run it names, and answers with a controller that
+/// `new` makes of the robot's id and the run's parameters, anew for each trial. Returns when the run ends.
 pub fn main<C: Controller>(new: impl Fn(RobotId, ControllerSetup) -> C) -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -216,7 +216,7 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
     }
 }
 
-/// What a user can do about a robot that cannot be driven.
+/// Adds a way out to the error about a robot that cannot be driven.
 fn explained(error: ServiceError, run: &RunDir) -> anyhow::Error {
     let name = run.name();
     match error {

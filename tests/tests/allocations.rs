@@ -1,4 +1,4 @@
-//! A steady tick asks for no memory: neither the arena, nor a mind, nor what carries messages between them.
+//! A steady tick asks for no memory: neither the arena, nor a controller, nor the transport between them.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

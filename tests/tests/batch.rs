@@ -36,7 +36,7 @@ fn done(name: &str, out: &Path, args: &[&str]) -> Output {
     output
 }
 
-/// What a refused command says.
+/// Returns the error message of a refused command.
 fn refused(name: &str, out: &Path, args: &[&str]) -> String {
     let output = batch(name, out, args).arg("--quiet").output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));

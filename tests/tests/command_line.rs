@@ -1,4 +1,4 @@
-//! What the commands say to what they cannot do: one clear line, the way out, the exit status.
+//! Answers of the commands to what they cannot do: one clear line, the way out, the exit status.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

@@ -1,4 +1,4 @@
-//! `arena` and a robot's whole mind against exact arithmetic: Voronoi cells, Section V.
+//! `arena` and a robot's whole controller against exact arithmetic: Voronoi cells, Section V.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

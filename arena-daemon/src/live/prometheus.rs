@@ -11,7 +11,7 @@ use crate::profile::{Quantiles, Stage};
 /// others.
 pub const ROBOTS_MAX: usize = 1024;
 
-/// What kind a metric is, as the format spells it.
+/// Type of a metric, as the format spells it.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Counter,

@@ -1,4 +1,4 @@
-//! What the run's loop does for those who watch it.
+//! Publishes snapshots of a run for those who watch it.
 
 use std::{
     sync::Arc,
@@ -10,18 +10,18 @@ use arena::packets::Packets;
 use super::{Agents, EVERY, Live, Robot, Waiting};
 use crate::{profile::Window, progress::Status, squad::Squad};
 
-/// What a squad tells of itself.
+/// Status of a squad.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SquadStatus {
     /// All robots, by index.
     pub robots: Vec<Robot>,
-    /// What their agents took, if that is measured.
+    /// Times that their agents took, if measured.
     pub agents: Option<Agents>,
-    /// Who has not been heard for too long.
+    /// Robots that have not been heard for too long.
     pub waiting: Option<Waiting>,
 }
 
-/// Tells those who watch, if the run can be watched.
+/// Publishes snapshots, if the run can be watched.
 #[derive(Debug)]
 pub struct SnapshotPublisher {
     live: Option<Arc<Live>>,
@@ -31,7 +31,7 @@ pub struct SnapshotPublisher {
 }
 
 impl SnapshotPublisher {
-    /// To whom `live` is handed out; to nobody without it.
+    /// A publisher to `live`; without it, nothing is published.
     pub fn new(live: Option<Arc<Live>>) -> Self {
         Self { live, told: None, ticks: None }
     }
@@ -48,7 +48,7 @@ impl SnapshotPublisher {
         }
     }
 
-    /// Tells how things are, if it is time to.
+    /// Publishes a snapshot, if it is time to.
     pub fn tell(&mut self, status: &Status, packets: impl FnOnce() -> Packets, squad: &mut dyn Squad) {
         let Some(live) = &self.live else { return };
         let now = Instant::now();

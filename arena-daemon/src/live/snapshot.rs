@@ -32,11 +32,11 @@ pub struct Snapshot {
     pub packets: Packets,
     /// Wall time of a tick, in the last seconds; `None` if nobody has watched for long enough.
     pub tick_time: Option<Quantiles>,
-    /// What the agents took, in the last seconds; the same.
+    /// Times that agents took, in the last seconds; the same.
     pub agents: Option<Agents>,
     /// All robots, by index.
     pub robots: Vec<Robot>,
-    /// Who is waited for.
+    /// Robots that are waited for.
     pub waiting: Option<Waiting>,
     /// Clients of the run's sockets that have not got their answer.
     pub dropped: Dropped,
@@ -51,7 +51,7 @@ pub struct Dropped {
     pub crowded_out: u64,
 }
 
-/// What does not change in a run.
+/// Facts that do not change in a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the run, or of the scenario if the run has none.
@@ -78,14 +78,14 @@ pub enum Phase {
     Over,
 }
 
-/// What agents took. `None` where nothing was measured.
+/// Times that agents took. `None` where nothing was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agents {
     /// Stages of their cycles, in their order.
     pub stages: [Option<Quantiles>; Stage::ALL.len()],
     /// Whole cycles.
     pub cycle: Option<Quantiles>,
-    /// What carrying a packet took beyond what is modeled.
+    /// Transport time of a packet, beyond what is modeled.
     pub packet: Option<Quantiles>,
 }
 
@@ -157,7 +157,7 @@ pub struct Waiting {
     pub robots: Vec<Waited>,
 }
 
-/// What is waited for.
+/// Reason why robots are waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Awaited {
@@ -176,7 +176,7 @@ pub struct Waited {
     pub id: RobotId,
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
-    /// What that process is doing, in a word.
+    /// State of that process, in a word.
     pub state: Option<String>,
     /// Since when, seconds.
     pub for_s: f64,

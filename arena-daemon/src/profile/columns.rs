@@ -1,4 +1,4 @@
-//! What `robots.csv` says about the agent of one robot. A column is empty where nothing was measured.
+//! Columns of `robots.csv` about the agent of one robot. A column is empty where nothing was measured.
 
 use transport::clock::Source;
 

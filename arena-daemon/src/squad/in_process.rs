@@ -19,7 +19,7 @@ use crate::{
     stop::StopFlag,
 };
 
-/// All minds of a run.
+/// The controllers of all robots, in this process.
 #[derive(Debug)]
 pub struct InProcess {
     minds: Vec<Mind>,
@@ -38,13 +38,13 @@ struct Mind {
 }
 
 impl InProcess {
-    /// The minds of so many robots, all with the same parameters.
+    /// Controllers of so many robots, all with the same parameters.
     pub fn new(robots: u32, setup: ControllerSetup) -> Self {
         let minds = (0..robots).map(|index| Mind::new(RobotId::first(index), setup)).collect();
         Self { minds, setup, live: None }
     }
 
-    /// The same, watched by whom `live` is handed out to.
+    /// The same, with `live` for those who watch.
     #[must_use]
     pub fn watched(self, live: Option<Arc<Live>>) -> Self {
         Self { live, ..self }
@@ -106,7 +106,7 @@ impl Squad for InProcess {
         self.live.clone()
     }
 
-    /// Nobody measures them.
+    /// Returns the status of all robots; nobody measures them.
     fn status_of_robots(&mut self, _watched: bool) -> SquadStatus {
         let robot = |mind: &Mind| live::Robot {
             id: mind.id,

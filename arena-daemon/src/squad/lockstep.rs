@@ -32,7 +32,7 @@ pub struct Lockstep {
     stop: StopFlag,
     /// Whether everybody has been there once.
     joined: bool,
-    /// Whom the present tick waits for; kept for its memory alone.
+    /// Robots that the present tick waits for; kept for its memory alone.
     awaited: Vec<usize>,
 }
 

@@ -29,7 +29,7 @@ use crate::{
 /// that the robot stands still and is silent.
 const HOLD_CYCLES: u64 = 3;
 
-/// Who has not been heard for longer than this, and than two cycles, is named to those who watch.
+/// A robot not heard for longer than this, and than two cycles, is named to those who watch.
 const SILENT: Duration = Duration::from_millis(500);
 
 /// The arena looks every cycle; when this much more time has passed, it was itself away.

@@ -57,7 +57,7 @@ const NOTE_EVERY: Duration = Duration::from_secs(5);
 /// not have to look for it, nor be disturbed.
 const CALL_EVERY: Duration = Duration::from_secs(30);
 
-/// What the arena needs to host agents.
+/// Configuration with which the arena hosts agents.
 #[derive(Debug)]
 pub struct HostConfig {
     /// The run's folder.
@@ -68,13 +68,13 @@ pub struct HostConfig {
     pub by_hand: Option<RobotSet>,
     /// Whether the agents are measured.
     pub profile: bool,
-    /// Where those are told who watch the run.
+    /// Live state, for those who watch the run.
     pub live: Option<Arc<Live>>,
-    /// Who is told what they do when, if they are measured.
+    /// Trace of what they do when, if they are measured.
     pub tracer: Tracer,
 }
 
-/// What an uplink held.
+/// Content of an uplink.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Heard {
     /// Nothing of use.
@@ -105,7 +105,7 @@ pub(super) enum AgentState {
     Paused { joined: bool },
     /// The plan has killed it.
     Down,
-    /// Nobody planned to lose it; it is left out for good.
+    /// It is left out for good, unplanned.
     Out,
 }
 
@@ -124,7 +124,7 @@ pub(super) struct Roster {
     pub(super) doorbell: Doorbell,
     pub(super) hang_timeout: Duration,
     pub(super) recorder: Option<Recorder>,
-    /// What the recorder does while percepts are sent is done there.
+    /// A core for the recorder's work while percepts are sent.
     second_core: Option<SecondCore>,
     medium: Session,
     plane: Plane,
@@ -201,7 +201,7 @@ impl Roster {
     }
 
     /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
-    /// say their first word again. Everybody must be there in their first life.
+    /// give their first command again. Everybody must be there in their first life.
     pub(super) fn rejoin_all(
         &mut self,
         scenario: &Scenario,
@@ -338,7 +338,7 @@ impl Roster {
         self.apply_hang_policy(index, tick, what)
     }
 
-    /// Deals with agents that were started by hand and have died between joining and their first word: nobody's
+    /// Deals with agents that were started by hand and have died between joining and their first command: nobody's
     /// children, of whose process the arena does not know yet.
     fn on_death_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
         if self.looked.elapsed() < LOOK_EVERY {
@@ -492,7 +492,7 @@ impl Roster {
         self.members.iter().map(standing).collect()
     }
 
-    /// What the agents took, as long as they are there.
+    /// Returns what the agents took, as long as they are there.
     pub(super) fn profile(&mut self) -> Option<Profile> {
         let processes = self.members.iter().map(|member| member.process);
         self.recorder.take()?.finish(processes)

@@ -1,4 +1,4 @@
-//! What those see who watch a squad of processes: how each agent is, and who is waited for.
+//! Status of a squad of processes for those who watch: how each agent is, and who is waited for.
 
 use std::{
     sync::Arc,
@@ -16,18 +16,18 @@ use crate::{
     standstill::Moment,
 };
 
-/// Who answers within this is not waited for.
+/// A robot that answers within this is not waited for.
 const NOTICEABLE: Duration = Duration::from_millis(20);
 /// Processes that are asked for their state when many are waited for: a look takes some 10 µs.
 const LOOKED_AT_MAX: usize = 64;
 
 impl Roster {
-    /// Where those are told who watch.
+    /// Returns the live state, for those who watch.
     pub(super) fn live(&self) -> Option<Arc<Live>> {
         self.hosting.live.clone()
     }
 
-    /// How all agents are.
+    /// Returns the status of all agents.
     pub(super) fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
         let recorder = &mut self.recorder;
         recorder.iter_mut().for_each(|recorder| recorder.watch(watched));
@@ -57,7 +57,7 @@ impl Roster {
         self.waiting_told = Some(Instant::now());
     }
 
-    /// Who was waited for is there.
+    /// Notes that nobody is waited for any more.
     pub(super) fn nobody_is_waited_for(&mut self) {
         if self.waiting_told.take().is_some() {
             self.hosting.live.iter().for_each(|live| live.wait_for(None));

@@ -1,4 +1,4 @@
-//! What happens in a run, as events of its trace.
+//! Events of a run, as its trace shows them.
 
 use arena::fault::{ProcessAction, ProcessFault, ledger::Line};
 use files::WriteError;
@@ -34,9 +34,9 @@ pub(crate) struct Recording {
     present: Option<Present>,
     /// Its events.
     arena: Events,
-    /// Those that have come since the last tick.
+    /// Cycles that have come since the last tick.
     cycles: Cycles,
-    /// What was read in them: by whom, of which tick, and when.
+    /// Percepts read in them: by whom, of which tick, and when.
     read: Vec<(u32, Tick, u64)>,
     /// Arrows that have been drawn.
     packets: u64,
@@ -86,7 +86,7 @@ impl Recording {
         }
     }
 
-    /// What comes before the first event of a run, without a comma.
+    /// Text before the first event of a run, without a comma.
     pub(super) fn first_events() -> String {
         let mut events = Events::default();
         events.name_process(Track::ARENA, "arena");
@@ -206,7 +206,7 @@ impl Recording {
         self.cycles.events.join_cycle(cuts, tick);
     }
 
-    /// What went wrong without being planned, from the beginning of the run.
+    /// Adds what went wrong without being planned, from the beginning of the run.
     pub(super) fn incidents(&mut self, incidents: &[Incident]) {
         let Some(now_ns) = self.now_ns() else { return };
         for Incident { robot, tick, what } in incidents.iter().skip(self.incidents) {

@@ -54,7 +54,7 @@ pub(crate) struct Idle {
     _run: OwnRun,
 }
 
-/// What an agent is told.
+/// Arguments of an agent.
 #[derive(Args, Debug)]
 pub(crate) struct AgentArgs {
     /// Name of the run

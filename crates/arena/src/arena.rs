@@ -37,7 +37,7 @@ use crate::{
 };
 use scenario::Scenario;
 
-/// What fills room for measurements to come.
+/// Filler for measurements to come.
 const NOTHING_HEARD: Delivery = Delivery {
     packet: Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 },
     range: Meters::new(0.0).expect("zero is a length"),
@@ -67,13 +67,13 @@ pub struct Arena {
     hearing: NeighborTables,
     /// The tick that has been played last; `None` before the first.
     tick: Option<Tick>,
-    /// What each robot does: its last command, once it has come into force.
+    /// Each robot's last command, once it has come into force.
     commands: Vec<Option<Command>>,
     /// The life of each robot that was heard of last.
     lives: Vec<Option<RobotId>>,
     /// Answers that a fault holds back, and when they come into force.
     held_back: Vec<VecDeque<(Tick, Command)>>,
-    /// What each robot has heard since its last percept.
+    /// Packets that each robot has heard since its last percept.
     inboxes: Vec<Vec<Heard>>,
     /// Whether each robot has bumped into something since.
     bumped: Vec<bool>,
@@ -82,9 +82,9 @@ pub struct Arena {
     percepts: Vec<Percept>,
     /// When the packets in the percept that is being made were sent, seconds.
     sent_s: Vec<f64>,
-    /// What each robot says in this tick.
+    /// Each robot's packet in this tick.
     said: Vec<Option<Packet>>,
-    /// What the channel lets through in this tick.
+    /// Receptions that the channel lets through in this tick.
     receptions: Vec<Reception>,
     /// The same as their receivers measure them.
     measured: Vec<Delivery>,
@@ -127,7 +127,7 @@ impl Arena {
         })
     }
 
-    /// What the fault plan does to agents just before the next tick; to be asked once before each.
+    /// Returns the process faults of the next tick; to be called once before each.
     /// Robots that are `left_out` for good, which nobody planned, can no longer be struck.
     pub fn process_faults(&mut self, left_out: &[u32]) -> Vec<ProcessFault> {
         let tick = self.next_tick();
@@ -145,7 +145,7 @@ impl Arena {
         self.tick_by(&Sequential, answers)
     }
 
-    /// The same with `executor` that share the work.
+    /// Like [`tick`](Self::tick), with the work split by `executor`.
     pub fn tick_by(&mut self, executor: &impl Executor, answers: &[Option<Command>]) -> Option<&[Percept]> {
         assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
         let tick = self.next_tick();
@@ -164,12 +164,12 @@ impl Arena {
         begins_cycle.then_some(&self.percepts)
     }
 
-    /// What the current percepts and the answers to them amount to.
+    /// Returns the metrics for the current percepts and the answers to them.
     pub fn metrics(&self, answers: &[Option<Command>]) -> Metrics {
         self.observer().measure(self.world.poses(), answers, self.packets, self.time_s())
     }
 
-    /// What faults can be felt in by now.
+    /// Quantities in which faults can be felt, by now.
     pub fn disturbance(&self, answers: &[Option<Command>]) -> Disturbance {
         self.observer().disturbance(self.world.poses(), answers)
     }
@@ -204,7 +204,7 @@ impl Arena {
         &self.heard
     }
 
-    /// What became of all packets so far.
+    /// Counts of all packets so far, by fate.
     pub fn packets(&self) -> Packets {
         self.packets
     }
@@ -229,7 +229,7 @@ impl Arena {
         self.channel.examined()
     }
 
-    /// What each fault of the plan has done.
+    /// Returns the ledger of all faults.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
         self.plan.ledger()
     }
@@ -249,8 +249,8 @@ impl Arena {
         self.scenario.arena.size_m.get()
     }
 
-    /// Answers come into force: at once, or as late as a fault has it. The first word of a new life is
-    /// nobody's answer, and is never late.
+    /// Answers come into force: at once, or as late as a fault has it. The first command of a new life
+    /// answers no percept, and is never late.
     fn take_in(&mut self, tick: Tick, answers: &[Option<Command>]) {
         let asked = tick == 0 || self.scenario.begins_cycle(tick - 1);
         for (robot, answer) in answers.iter().enumerate() {
@@ -344,7 +344,7 @@ impl Arena {
         }
     }
 
-    /// What the channel has let through meets the plan; most of the time there is nothing to meet.
+    /// Passes a reception through the fault plan; most of the time no fault is active.
     fn receive(&mut self, tick: Tick, reception: &Reception, measured: &Delivery) {
         let sent_s = reception.sent_s;
         if self.plan.is_idle() {
@@ -369,7 +369,7 @@ impl Arena {
         }
     }
 
-    /// What the channel has let through, as its receivers measure it.
+    /// Measures the senders of all receptions, as their receivers do.
     fn measure(&mut self, executor: &impl Executor, receptions: &[Reception]) {
         let (poses, seed, measurement) = (self.world.poses(), self.scenario.seed.get(), &self.measurement);
         let measured = |reception: &Reception| {
@@ -456,7 +456,7 @@ impl Arena {
     }
 }
 
-/// What robots have heard and not been handed yet turns and moves along with their bodies, as far as they know of that.
+/// Carries what robots have heard and not been handed yet along with their bodies, as far as they know their motion.
 fn carry_along(inboxes: &mut [Vec<Heard>], motions: &[Motion]) {
     for (inbox, motion) in inboxes.iter_mut().zip(motions) {
         for heard in inbox {

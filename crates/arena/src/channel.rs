@@ -29,7 +29,7 @@ use scenario::{Access, Scenario};
 use reach::{Reach, Reached};
 use timed::TimedChannel;
 
-/// What the channel has to know of a tick.
+/// Input of the channel for one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a> {
     /// Its number.
@@ -40,7 +40,7 @@ pub struct Moment<'a> {
     pub time_s: f64,
     /// Where every body is.
     pub poses: &'a [Pose],
-    /// What each robot says; who is silent does not listen either.
+    /// Each robot's packet; a robot that is silent does not listen either.
     pub said: &'a [Option<Packet>],
 }
 
@@ -55,7 +55,7 @@ pub struct Reception {
     pub number: u64,
     /// When its transmission began, virtual time in seconds.
     pub sent_s: f64,
-    /// What it says.
+    /// Its content.
     pub packet: Packet,
 }
 
@@ -96,7 +96,8 @@ impl Channel {
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
-    /// may change it. `executor` share what can be shared. Receptions are written over `received`, in the order of receivers, then of time.
+    /// may change it. `executor` shares what can be shared. Receptions are written over `received`, in the order of
+    /// receivers, then of time.
     pub fn play(
         &mut self,
         executor: &impl Executor,

@@ -1,19 +1,19 @@
 //! Bodies in contact: discs and walls that push each other out of the way.
 //!
 //! Bodies move as they would alone, less what contacts take from it: of all displacements that leave no two bodies
-//! overlapping, the nearest to the wanted ones (Σ|Δ − d|² is least). Two bodies that meet so share the way apart equally,
-//! a row that is pushed moves as one, and no body stands still that has a way to go. Walls, and bodies that do not yield
-//! (killed, paused, stuck), take no share. This is the discrete contact model of Maury and Venel ("A discrete contact
-//! model for crowd motion", 2011); for short steps it tends to Moreau's sweeping process.
+//! overlapping, the nearest to the wanted ones (Σ|Δ − d|² is least). Two bodies that meet so share the way apart
+//! equally, a row that is pushed moves as one, and no body stands still that has a way to go. Walls, and bodies that do
+//! not yield (killed, paused, stuck), take no share. This is the discrete contact model of Maury and Venel ("A discrete
+//! contact model for crowd motion", 2011); for short steps it tends to Moreau's sweeping process.
 //!
 //! In one step the constraints are linear: n·(Δb − Δa) ≥ bound with a unit vector n, one for each contact. Their
 //! multipliers λ ≥ 0 tell by how far each contact parts its bodies. Projected Gauss-Seidel sweeps find them, which
 //! conjugate gradients make fast (Silcowitz, Niebe and Erleben, "A nonsmooth nonlinear conjugate gradient method for
-//! interactive contact force problems", 2010), beginning with those of the step before. A tick is cut into steps that are
-//! short against a body. Each takes the directions of its contacts halfway, so that bodies that slide around each other
-//! do so to second order in the step. It ends early where bodies first touch: whatever they do then, they do from there
-//! on. Across a touch the nearest displacements are not those that bodies make one after the other, and where bodies end
-//! would be known to first order only.
+//! interactive contact force problems", 2010), beginning with those of the step before. A tick is cut into steps that
+//! are short against a body. Each takes the directions of its contacts halfway, so that bodies that slide around each
+//! other do so to second order in the step. It ends early where bodies first touch: whatever they do then, they do from
+//! there on. Across a touch the nearest displacements are not those that bodies make one after the other, and where
+//! bodies end would be known to first order only.
 
 use nalgebra::Vector2;
 

@@ -47,11 +47,11 @@ use target::{Scene, Target};
 pub struct ProcessFault {
     /// Index of the robot.
     pub robot: u32,
-    /// What happens to its agent.
+    /// The action on its agent.
     pub action: ProcessAction,
 }
 
-/// What can happen to an agent.
+/// Action of a fault on an agent's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessAction {
     /// It is killed, and its memory with it.
@@ -64,7 +64,7 @@ pub enum ProcessAction {
     Resume,
 }
 
-/// What the plan has made of an agent.
+/// State of an agent under the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Fate {
     /// How often it has been restarted by plan.
@@ -77,7 +77,7 @@ struct Fate {
 enum AgentState {
     #[default]
     Up,
-    /// So many faults hold it.
+    /// Stopped, by this many faults.
     Paused {
         holders: u32,
     },
@@ -87,12 +87,12 @@ enum AgentState {
 /// Most copies of one packet under way to one receiver, itself included; what duplicates beyond that does not.
 const COPIES_MAX: usize = 16;
 
-/// What becomes of a reception under the plan.
+/// Outcome of a reception under the plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Passage {
-    /// What arrives, and how many ticks late: the packet itself, altered or not, and copies of it.
+    /// Packets that arrive, and how many ticks late: the packet itself, altered or not, and its copies.
     pub arrivals: Vec<(Packet, Tick)>,
-    /// How many of them, packet and copies, are lost.
+    /// Number of packets, copies included, that are lost.
     pub lost: u64,
 }
 
@@ -200,7 +200,7 @@ impl FaultPlan {
         packet
     }
 
-    /// What becomes of a packet that the channel has let through. Each fault sees what those before it
+    /// Judges a packet that the channel has let through. Each fault sees what those before it
     /// have left; copies go their own ways from where they were made.
     pub fn passage(&mut self, tick: Tick, reception: &Reception, receiver_at: ArenaPoint) -> Passage {
         let Reception { sender, receiver, packet, .. } = *reception;
@@ -239,7 +239,7 @@ impl FaultPlan {
         Passage { arrivals: under_way, lost }
     }
 
-    /// What robot `robot` senses.
+    /// Applies faults to a reading of robot `robot`.
     pub fn sensed(&mut self, tick: Tick, robot: u32, light: &mut Light) {
         for fault in self.active_on(robot) {
             if fault.rule.sense(tick, robot, fault.rng, light) {
@@ -272,7 +272,7 @@ impl FaultPlan {
         late
     }
 
-    /// What each fault has done, in the order of the plan.
+    /// Returns the ledger of all faults, in the order of the plan.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
         self.faults.iter().map(|fault| &fault.line)
     }

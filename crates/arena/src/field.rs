@@ -45,7 +45,7 @@ impl Field {
         std::iter::once(offset).chain(gaussians).chain(lamps).collect()
     }
 
-    /// What the light sensors of a body say that sees the field as `seen`: value and gradient, or,
+    /// Returns the light reading of a body that sees the field as `seen`: value and gradient, or,
     /// on robots that fix the gradient's magnitude, only the direction in which φ grows.
     pub fn light(&self, seen: &SeenField) -> Light {
         let here = Vector2::zeros();

@@ -11,7 +11,7 @@ pub struct IndexLists {
 }
 
 impl IndexLists {
-    /// So many lists from `entries` of the form (list, member); members keep their order.
+    /// Groups `entries` of the form (list, member) into `count` lists; members keep their order.
     pub fn grouped(count: usize, entries: &[(usize, usize)]) -> Self {
         let mut lists = Self::default();
         lists.regroup(count, entries);

@@ -1,8 +1,8 @@
 //! The world, the infrared and the lamps: pure and deterministic.
 //!
 //! Read [`Arena::tick`] first: commands in, percepts out. Nothing here knows a clock, a thread, a
-//! socket or a process (the one file it reads is the scenario); randomness is a draw keyed by what
-//! it is for, so adding a robot leaves the others' luck alone.
+//! file, a socket or a process; randomness is a draw keyed by what it is for, so adding a robot
+//! leaves the others' draws alone.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! What a body's light sensors say: φ as it is, or as a ring of photodiodes sees the lamps.
+//! Light sensors of the bodies: they read φ as it is, or as a ring of photodiodes sees the lamps.
 //!
 //! A diode that faces a lamp sideways, at a distance d and under a height h, sees A·d/(d² + h²)^1.5
 //! (the inverse square, times the cosine at which light falls on an upright surface). A is chosen
@@ -49,7 +49,7 @@ impl LightSensors {
         Self { ring }
     }
 
-    /// What robot `robot` senses at `pose`, where it sees the field as `seen`.
+    /// Reads the sensors of robot `robot` at `pose`, where it sees the field as `seen`.
     pub fn read(&self, field: &Field, seen: &SeenField, robot: u32, pose: &Pose, tick: Tick) -> Light {
         match &self.ring {
             None => field.light(seen),
@@ -99,7 +99,7 @@ impl Ring {
         away * (strongest / libm::pow(d_squared + h_squared, 1.5))
     }
 
-    /// What the converter makes of a diode's current.
+    /// Converts a diode's current to counts.
     fn converted(&self, seen: f64, robot: u32, diode: u32, tick: Tick) -> f64 {
         let mut counts = seen;
         if self.gain_mismatch > 0.0 {

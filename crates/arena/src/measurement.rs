@@ -1,4 +1,4 @@
-//! What a receiver's infrared ring measures of a sender: range, bearing, orientation, all in the
+//! Measurement of a sender by a receiver's infrared ring: range, bearing, orientation, all in the
 //! receiver's body frame, with the noise and the steps of a real ring.
 
 use protocol::{

@@ -1,4 +1,4 @@
-//! What an observer measures: errors, coverage cost, local against global cells.
+//! Metrics of a swarm: errors, coverage cost, local against global cells.
 
 use std::{iter::Sum, ops::Div};
 
@@ -100,12 +100,12 @@ impl EstimatedErrors {
     }
 }
 
-/// What an observer has to know to measure a swarm.
+/// Measures a swarm, with knowledge that only an observer has.
 #[derive(Clone, Copy, Debug)]
 pub struct Observer<'a> {
     /// φ.
     pub field: &'a Field,
-    /// Who knows of whom.
+    /// Neighbor tables of all robots.
     pub hearing: &'a NeighborTables,
     /// Size of the arena.
     pub size_m: [f64; 2],

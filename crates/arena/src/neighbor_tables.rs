@@ -1,8 +1,8 @@
-//! Who knows of whom: an observer's copy of every robot's neighbor table.
+//! An observer's copy of every robot's neighbor table: who knows of whom.
 //!
-//! The tables are filled by the same code from the same deliveries, so they are what the agents
-//! have; beside each entry they hold when its packet was sent, which no agent is told. From them come the hearing graph, how stale the tables are, and whether a robot knows
-//! those who shape its cell.
+//! The tables are filled by the same code from the same deliveries, so they are what the agents have; beside each entry
+//! they hold when its packet was sent, which no agent is told. From them come the hearing graph, how stale the tables
+//! are, and whether a robot knows those who shape its cell.
 
 use coverage::neighbors::NeighborTable;
 use protocol::{percept::Percept, robot_id::RobotId};

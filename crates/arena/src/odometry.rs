@@ -1,4 +1,4 @@
-//! What robots' wheels believe of their motion, where the scenario grants odometry.
+//! Odometry: each robot's own estimate of its motion, where the scenario grants it.
 //!
 //! Wheels count what they roll: what the body was told to do, and what a wall or another body holds back or pushes on
 //! along their course. They do not count what pushes them sideways, nor what a fault of kind `motion` does to the body
@@ -18,7 +18,7 @@ pub struct Odometers {
     seed: u64,
     /// Standard deviation of each displacement and turn of a tick, as a share of it.
     error: f64,
-    /// What each robot's odometry counts in the last tick.
+    /// Motion that each robot's odometry counted in the last tick.
     counted: Vec<Motion>,
     readings: Vec<Odometry>,
 }
@@ -51,12 +51,12 @@ impl Odometers {
         }
     }
 
-    /// What each robot's odometry counted in the last tick.
+    /// Returns the motion that each robot's odometry counted in the last tick.
     pub fn counted(&self) -> &[Motion] {
         &self.counted
     }
 
-    /// What the odometry of `robot` reads.
+    /// Returns the odometry reading of `robot`.
     pub fn reading(&self, robot: usize) -> Odometry {
         self.readings[robot]
     }

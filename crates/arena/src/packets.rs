@@ -1,4 +1,4 @@
-//! What became of every packet: an account that closes.
+//! Counts of packets by fate: an account that closes.
 
 use serde::{Deserialize, Serialize};
 

@@ -10,9 +10,9 @@ use protocol::setup::Law;
 use crate::{field::Field, frame::Pose};
 use scenario::{ChannelModel, FaultKind, FaultSpec, Scenario};
 
-/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each of its peaks that is
-/// too narrow to be integrated well, for each fault that may never fire, robots starting at `poses`, and for each that
-/// outlasts the memory of neighbors; with the place in the file where it was written, if it is known.
+/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each of its peaks that
+/// is too narrow to be integrated well, for each fault that may never fire, robots starting at `poses`, and for each
+/// that outlasts the memory of neighbors; with the place in the file where it was written, if it is known.
 pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
     let rounded = scenario.roundings.0.iter().map(ToString::to_string);
     let mut warnings: Vec<String> = rounded.chain(dark(scenario)).chain(narrow(scenario)).collect();

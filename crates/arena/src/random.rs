@@ -2,7 +2,7 @@
 //!
 //! A draw is a function of (seed, purpose, tick, sender, receiver): the key is the seed of a
 //! ChaCha8 stream of its own. No draw depends on how many others were made before it, so adding a
-//! robot, a fault or a thread leaves everyone else's luck alone.
+//! robot, a fault or a thread leaves everyone else's draws alone.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 
-/// What a draw is for. The numbers are part of what a seed means: never reuse or renumber one.
+/// Purpose of a draw. The numbers are part of what a seed means: never reuse or renumber one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -33,11 +33,11 @@ pub enum Purpose {
     DiodeGain = 8,
     /// Noise of a ring's readings.
     DiodeNoise = 9,
-    /// Whom a fault strikes.
+    /// Choice of the robots that a fault strikes.
     FaultChoice = 10,
-    /// What a fault does to a packet; the tick counts the sender's packets.
+    /// Effect of a fault on a packet; the tick counts the sender's packets.
     FaultPacket = 11,
-    /// What a fault does to a reading.
+    /// Effect of a fault on a reading.
     FaultReading = 12,
     /// The random fault plan of `lamplight fuzz`; the tick is the fault's place in it, counted from 1, or 0
     /// for their number.
@@ -58,7 +58,7 @@ impl Draws {
         Self::keyed(seed, purpose, tick, sender, receiver, 0)
     }
 
-    /// The stream of one fault for one event: each fault of a plan has luck of its own.
+    /// The stream of one fault for one event: each fault of a plan has draws of its own.
     pub fn of_fault(fault: u32, seed: u64, purpose: Purpose, tick: u64, sender: u32, receiver: u32) -> Self {
         Self::keyed(seed, purpose, tick, sender, receiver, fault + 1)
     }

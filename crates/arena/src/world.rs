@@ -25,7 +25,7 @@ pub struct World {
     positions: Vec<ArenaPoint>,
     displacements: Vec<Vector2<f64>>,
     yields: Vec<bool>,
-    /// What the wheels of each body rolled in the last motion, if anybody asks.
+    /// Motion that each body's wheels rolled last, if anybody asks.
     rolled: Option<Vec<Motion>>,
 }
 
@@ -89,7 +89,7 @@ impl World {
         self.courses[robot] = None;
     }
 
-    /// What the wheels of each body rolled in the last motion, in the body frame before it; nothing where nobody has
+    /// Returns the motion that each body's wheels rolled last, in the body frame before it; empty where nobody has
     /// odometry.
     pub fn rolled(&self) -> &[Motion] {
         self.rolled.as_deref().unwrap_or_default()
@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(world.poses[0].position, ArenaPoint::new(1.0, 1.0));
     }
 
-    /// What wheels rolled, ahead and to the left, and by how much they turned.
+    /// Asserts how far wheels rolled, ahead and to the left, and how much they turned.
     fn assert_rolled(world: &World, ahead: f64, left: f64, turn: f64) {
         let Motion { displacement, turn: turned } = world.rolled()[0];
         let off = displacement.0 - BodyVector::new(ahead, left).0;

@@ -135,7 +135,7 @@ const MOVING: &str = "duration_s = 20.0
      channel.range_m = 15.0";
 const DRIFTING: &str = "{ kind = \"motion\", robots = \"1\", drift_m_per_s = [0.1, 0.05] }";
 
-/// What robot 0 would measure of robot 1, as poses are.
+/// Range and bearing of robot 1 from robot 0, as poses are.
 fn truly(poses: &[Pose]) -> (f64, f64) {
     let away = poses[1].position - poses[0].position;
     (libm::hypot(away.x, away.y), libm::atan2(away.y, away.x) - poses[0].heading)

@@ -75,7 +75,7 @@ fn is_lost(passage: &Passage) -> bool {
     passage.arrivals.is_empty()
 }
 
-/// What becomes of packet `number` of robot 0 at robot 1.
+/// Outcome of packet `number` of robot 0 at robot 1.
 fn passage(plan: &mut FaultPlan, number: u64) -> Passage {
     passage_on(plan, 0, 1, number)
 }

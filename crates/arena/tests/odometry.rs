@@ -14,8 +14,8 @@ fn scenario(text: &str) -> Scenario {
     Scenario::parse("odometry", text, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Four robots that stand still, and robot 0 among them, which turns and drives in circles at 3 rad/s and hears them by a
-/// timed channel without noise.
+/// Four robots that stand still, and robot 0 among them, which turns and drives in circles at 3 rad/s and hears them by
+/// a timed channel without noise.
 fn in_circles(sets: &str) -> Scenario {
     scenario(&format!(
         "duration_s = 20.0

@@ -33,7 +33,7 @@ impl CoverageController {
         Self { transmitter: Transmitter::new(id), setup, neighbors }
     }
 
-    /// What was heard and turned away so far.
+    /// Returns the neighbor table.
     pub fn neighbors(&self) -> &NeighborTable {
         &self.neighbors
     }

@@ -22,7 +22,7 @@ const RIDGE: f64 = 1e-6;
 /// Two of the slope and three of the curvature.
 const UNKNOWNS: usize = 5;
 
-/// What the robot takes its own gradient for.
+/// Whether the robot's own gradient is measured or assumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slope {
     /// Measured: it stays.

@@ -1,6 +1,6 @@
-//! One robot's mind: pure, `no_std`, no allocation.
+//! The paper's controller of one robot: pure, `no_std`, no allocation.
 //!
-//! Read [`CoverageController::step`] first; it reads from top to bottom like Algorithm 1 of the paper:
+//! Read `step` of [`CoverageController`] first; it reads from top to bottom like Algorithm 1 of the paper:
 //! M. Schwager, J. McLurkin, D. Rus, "Distributed Coverage Control with Sensory Feedback for
 //! Networked Robots", RSS 2006. Everything here is in the body frame (robot at the origin, x
 //! ahead), so p = 0 throughout and nothing is lost to large coordinates.

@@ -24,7 +24,7 @@ pub const MEMORY_TICKS: u32 = 1024;
 pub struct Neighbor<E = ()> {
     /// When it was heard last.
     pub heard: Tick,
-    /// What was heard.
+    /// Its last delivery.
     pub delivery: Delivery,
     /// Knowledge of the table's owner beside the delivery.
     pub extra: E,
@@ -56,13 +56,13 @@ pub struct Refused {
 pub struct NeighborTable<E = ()> {
     own: RobotId,
     timeout_ticks: u32,
-    /// Who was heard before this tick is no neighbor any more.
+    /// The first tick that counts: a robot heard before it is no neighbor any more.
     live_from: Tick,
     /// The owner's odometry that the entries' ranges and bearings go by, if it has any.
     odometry: Option<Odometry>,
     /// Neighbors, and among them silent senders, of whom only the packet's sender and number still count.
     entries: ArrayVec<Neighbor<E>, { NEIGHBORS_MAX + SILENT_MAX }>,
-    /// What was turned away so far.
+    /// Counts of deliveries turned away so far, by cause.
     pub refused: Refused,
 }
 

@@ -17,9 +17,9 @@ pub type Triangle = [Vector2<f64>; 3];
 
 /// How often a triangle is halved, one half after the other, before its pieces are taken as they are.
 ///
-/// After n halvings no edge is longer than √3·2^(−n/2) of the first (M. Stynes, Math. Comp. 35, 1980), so this is enough
-/// for pieces of 1e-19 of the polygon's size. No cell that a scenario may have needs so many (a test computes it): arenas,
-/// caps of cells and widths of peaks are bounded when it is read.
+/// After n halvings no edge is longer than √3·2^(−n/2) of the first (M. Stynes, Math. Comp. 35, 1980), so this is
+/// enough for pieces of 1e-19 of the polygon's size. No cell that a scenario may have needs so many (a test computes
+/// it): arenas, caps of cells and widths of peaks are bounded when it is read.
 pub const HALVINGS_MAX: usize = 128;
 
 /// Nodes of the 6-point Gauss-Legendre rule on [0, 1].

@@ -3,10 +3,10 @@
 //! In:  the terms of φ and a convex cell, counter-clockwise, meters, one frame.
 //! Out: for any triangle within the cell, the longest edge that the rule of [`crate::quadrature`] integrates well.
 //!
-//! Along any line a lamp is as smooth as its nearest singularity is far, which is sqrt(h² + d²) at a distance d from it.
-//! A Gaussian is smooth over its σ, or over σ²/d where a cell holds only its flank; outwards its pieces grow by less
-//! than what they hold becomes small (the remainder of the rule goes with the 12th power of the edge). So the number
-//! of pieces grows with the logarithm of the cell's size over the width of a peak.
+//! Along any line a lamp is as smooth as its nearest singularity is far, which is sqrt(h² + d²) at a distance d from
+//! it. A Gaussian is smooth over its σ, or over σ²/d where a cell holds only its flank; outwards its pieces grow by
+//! less than what they hold becomes small (the remainder of the rule goes with the 12th power of the edge). So the
+//! number of pieces grows with the logarithm of the cell's size over the width of a peak.
 
 use arrayvec::ArrayVec;
 use nalgebra::Vector2;
@@ -18,7 +18,8 @@ use crate::{
     sensory_field::{magnitude, peak_of},
 };
 
-/// The coarseness that keeps masses, first and second moments to 1e-8, relative to those of the magnitudes of φ's terms.
+/// The coarseness that keeps masses, first and second moments to 1e-8, relative to those of the magnitudes of φ's
+/// terms.
 pub const FINE: f64 = 1.0;
 /// The coarseness that keeps them to a percent.
 pub const ROUGH: f64 = 4.0;

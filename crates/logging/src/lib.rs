@@ -35,7 +35,7 @@ use crate::{
 /// The environment variable by which a supervisor tells its children the format: `text` or `json`.
 pub const FORMAT_VARIABLE: &str = "LAMPLIGHT_LOG";
 
-/// What a thread that has no tick is at: no tick of a run has this number (it is `transport::raw::BOOT_TICK`).
+/// Tick number of a thread that has no tick: no tick of a run has it (it is `transport::raw::BOOT_TICK`).
 const NO_TICK: u64 = u64::MAX;
 
 /// How [`begin`] has begun.
@@ -112,9 +112,9 @@ pub type Sink = fn(&[u8]) -> io::Result<()>;
 pub struct Settings {
     /// How lines are written.
     pub format: Format,
-    /// What is written where `RUST_LOG` does not say.
+    /// Level of what is written where `RUST_LOG` does not say.
     pub level: LevelFilter,
-    /// Whose process this is, if a robot's.
+    /// Robot of this process, if it is an agent's.
     pub robot: Option<RobotId>,
     /// Whether text may be colored.
     pub color: bool,

@@ -28,7 +28,7 @@ pub const JSON_BEGINS: &str = "{\"unix_s\":";
 /// Name of the field that `tracing` puts an event's text in.
 const MESSAGE: &str = "message";
 
-/// What a line says.
+/// Content of a line.
 #[derive(Clone, Copy)]
 pub(crate) enum Words<'a, 'b> {
     Event(&'a Event<'b>),
@@ -58,7 +58,7 @@ impl Line {
         Self { bytes: [0; MOST_BYTES], length: 0, cut: false }
     }
 
-    /// What is to be written.
+    /// Returns the bytes to write.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..self.length]
     }

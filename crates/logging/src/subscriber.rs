@@ -112,7 +112,7 @@ mod tests {
         Ok(())
     }
 
-    /// What is written while `work` is done.
+    /// Returns what is logged while `work` runs.
     fn written(format: Format, robot: Option<RobotId>, filter: &str, work: impl FnOnce()) -> String {
         let settings =
             Settings { format, level: LevelFilter::WARN, robot, color: false, sink: keep, complains: false };

@@ -207,7 +207,7 @@ impl Axis {
 pub struct Event {
     /// Where.
     pub x: f64,
-    /// What stands beside the line, short.
+    /// Short text beside the line.
     pub label: String,
 }
 
@@ -220,7 +220,7 @@ struct Label {
 }
 
 impl Label {
-    /// What the plotting library places: in black, above the point, its middle there.
+    /// The label as the plotting library places it: in black, above the point, its middle there.
     fn annotation(&self) -> TextAnnotation {
         TextAnnotation::new(self.text.clone(), self.at.0, self.at.1).with_font_size(11)
     }

@@ -26,7 +26,7 @@ pub struct Rings {
     rings: Vec<(f64, f64)>,
 }
 
-/// What is known of a ring.
+/// Density of robots in one ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
     /// Distance of its middle from the center, meters.

@@ -11,13 +11,13 @@ pub enum ReportError {
          give the folder that --out named"
     )]
     NotOurs {
-        /// What was given.
+        /// The folder as given.
         folder: String,
     },
     /// There is no such folder.
     #[error("{folder} is no folder; give the folder that --out of a run or a batch named")]
     NoFolder {
-        /// What was given.
+        /// The folder as given.
         folder: String,
     },
     /// A file that has to be there is not.
@@ -36,7 +36,7 @@ pub enum ReportError {
     Io {
         /// The file.
         file: String,
-        /// What the system says.
+        /// The system's error.
         error: std::io::Error,
     },
     /// A file says something that cannot be.
@@ -44,7 +44,7 @@ pub enum ReportError {
     Bad {
         /// File, and line where there is one.
         place: String,
-        /// What is wrong, and what to do.
+        /// The problem, and what to do.
         message: String,
     },
     /// A file is in the way that `lamplight report` has not written.

@@ -1,4 +1,4 @@
-//! What kind of folder this is, and where its report goes.
+//! Kinds of result folders, and where a report goes.
 
 use std::{
     fs,
@@ -11,12 +11,12 @@ use crate::{
     svg,
 };
 
-/// What a folder holds.
+/// Content of a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// What `lamplight run --out` left.
+    /// Results of `lamplight run --out`.
     Run,
-    /// What `lamplight batch --out` left.
+    /// Results of `lamplight batch --out`.
     Batch,
     /// Runs and batches for the paper's page.
     Paper,

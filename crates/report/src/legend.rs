@@ -13,13 +13,13 @@ use crate::{chart::Look, theme::Ink};
 /// One line of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What the sample stands for.
+    /// Text beside the sample.
     pub name: String,
     /// How it looks.
     pub sample: Sample,
 }
 
-/// What stands beside a name.
+/// Sample of a line, marker or area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
     /// A line.

@@ -12,7 +12,7 @@ pub const MARK: &str = "<meta name=\"generator\" content=\"lamplight report\">";
 pub struct Page {
     /// Its title.
     pub title: String,
-    /// What stands before the first section.
+    /// Blocks before the first section.
     pub lead: Vec<Block>,
     /// The rest.
     pub sections: Vec<Section>,
@@ -25,11 +25,11 @@ pub struct Section {
     pub id: String,
     /// Its title.
     pub title: String,
-    /// What it says.
+    /// Its content.
     pub blocks: Vec<Block>,
 }
 
-/// What a section is made of.
+/// One element of a section.
 #[derive(Clone, Debug)]
 pub enum Block {
     /// A paragraph.
@@ -38,7 +38,7 @@ pub enum Block {
     Labeled(String, String),
     /// Something to look at before the results are trusted.
     Note(String),
-    /// What to type.
+    /// A command to type.
     Command(String),
     /// A figure.
     Figure(Figure),
@@ -51,7 +51,7 @@ pub enum Block {
 pub struct Figure {
     /// Its name: that of its file, and of links.
     pub name: String,
-    /// What one sees.
+    /// Text that says what it shows.
     pub caption: String,
     /// The drawings.
     pub panels: Vec<Svg>,
@@ -60,7 +60,7 @@ pub struct Figure {
 /// Rows of cells under a header.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// What it holds.
+    /// Text that says what it holds.
     pub caption: String,
     /// Names of the columns.
     pub columns: Vec<String>,

@@ -34,7 +34,7 @@ pub fn page(run: &Run) -> Result<Page, ReportError> {
     Ok(Page { title: format!("Run of {}", run.scenario.name), lead, sections })
 }
 
-/// What `summary.json` says first; without it, what can be known from the rest.
+/// Main results, from `summary.json`; without it, what can be known from the rest.
 fn headline(run: &Run) -> Result<Table, ReportError> {
     let mut pairs = vec![
         ("seed".to_owned(), Cell::number(run.scenario.seed.to_string())),

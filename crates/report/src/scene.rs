@@ -1,4 +1,4 @@
-//! What runs and batches share: the scenario as it was resolved, JSON with a place in its errors.
+//! Readers for runs and batches: the scenario as it was resolved, JSON with a place in its errors.
 
 use std::{fs, io::ErrorKind, path::Path};
 

@@ -1,6 +1,6 @@
 //! Mean, spread and quantiles of a few numbers.
 
-/// What is said of a sample.
+/// Summary statistics of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stats {
     /// How many numbers there are.

@@ -4,7 +4,7 @@ use kuva::{backend::svg::SvgBackend, render::render::Scene};
 
 use crate::{page::escape, theme};
 
-/// What the plotting library calls its clips; they are renamed, for a page has many figures.
+/// Prefix of the plotting library's clips; they are renamed, for a page has many figures.
 const CLIP: &str = "kuva-clip-";
 
 /// By this a file is known to be ours.

@@ -1,13 +1,13 @@
 //! The inks of all figures and the style sheets that turn them dark.
 //!
 //! A figure is drawn in the light inks, so that any program can show its file. A style sheet gives each
-//! ink its dark twin where the reader prefers that; it selects elements by the light ink they were drawn in.
+//! ink its dark counterpart where the reader prefers that; it selects elements by the light ink they were drawn in.
 //! Colors after Okabe and Ito (<https://jfly.uni-koeln.de/color/>), which people with color blindness tell
 //! apart; on the dark ground they are lighter.
 
 use std::fmt::Write;
 
-/// What a thing is drawn with.
+/// A color, by its role in figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// The ground under everything.
@@ -82,7 +82,7 @@ pub fn figure_css() -> String {
     format!("@media screen and (prefers-color-scheme:dark){{\n{dark}}}\n")
 }
 
-/// What was drawn in `light` is shown in `color`.
+/// Style rules that show in `color` what was drawn in `light`.
 fn rules(light: &str, color: &str) -> String {
     format!(
         ".chart[fill=\"{light}\"],.chart [fill=\"{light}\"]{{fill:{color}}}\

@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 use super::number::{NonNegative, Positive, Probability};
 use super::steps::whole_part;
 
-/// Who hears whom, and how well.
+/// The infrared channel: who hears whom, and how well.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChannelSpec {
     /// Preset of every key below that is not given.
     pub profile: Profile,
-    /// What decides who is in reach.
+    /// Rule that decides who is in reach.
     pub model: ChannelModel,
     /// Distance in meters up to which a packet reaches; with `model = "range"` and only there.
     pub range_m: Option<Positive>,
@@ -49,7 +49,7 @@ pub struct ChannelSpec {
     pub jitter_s: Option<NonNegative>,
     /// Whether a robot that transmits hears nothing.
     pub half_duplex: Option<bool>,
-    /// What a receiver makes of packets that overlap in time.
+    /// Capture rule: which of the packets that overlap in time a receiver reads.
     pub capture: Option<Capture>,
     /// Chance that a packet is lost between one sender and one receiver, independent of all others.
     pub loss: Option<Probability>,
@@ -80,7 +80,7 @@ pub enum Profile {
     ROne,
 }
 
-/// What decides who is in reach.
+/// Rule that decides who is in reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChannelModel {
@@ -107,17 +107,17 @@ pub enum Access {
     FixedPhase,
 }
 
-/// What a receiver makes of packets that overlap in time.
+/// Capture rule: which of the packets that overlap in time a receiver reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Capture {
-    /// Nothing: they destroy each other.
+    /// None: they destroy each other.
     None,
     /// The first one, to its end; those that start meanwhile are lost.
     FirstLock,
 }
 
-/// What a profile says where a scenario does not.
+/// Values of a profile, for keys that a scenario leaves open.
 struct Preset {
     access: Access,
     cycle_s: Option<Positive>,

@@ -1,4 +1,4 @@
-//! What no single value of a scenario can answer: do the values agree with each other?
+//! Checks whether the values of a scenario agree with each other, which no single value can answer.
 //!
 //! In:  a scenario whose values are each well-formed.
 //! Out: the first [`Problem`], with the paths of the values that disagree.

@@ -1,4 +1,4 @@
-//! What is wrong with a scenario, and where: one line for a person, perhaps a second one with a hint.
+//! Errors of a scenario, and where: one line for a person, perhaps a second one with a hint.
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ pub enum Place {
 pub struct ScenarioError {
     /// Where it is wrong.
     pub place: Place,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub message: String,
     /// A way out, if one is known.
     pub hint: Option<String>,

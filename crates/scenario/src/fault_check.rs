@@ -252,8 +252,8 @@ impl Entry<'_> {
     }
 }
 
-/// Nobody can be killed, stopped or slowed twice at once. Only robots named outright are compared: who else is
-/// struck is known when the fault begins, and the ledger then tells whom it found.
+/// Checks that no robot is killed, stopped or slowed twice at once. Only robots named outright are compared: who
+/// else is struck is known when the fault begins, and the ledger then tells whom it found.
 fn windows_apart(scenario: &Scenario) -> Result<(), Problem> {
     let exclusive = |fault: &FaultSpec| {
         let kind = matches!(fault.kind, FaultKind::Kill | FaultKind::Pause | FaultKind::Slow);

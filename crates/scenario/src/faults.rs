@@ -14,7 +14,7 @@ use super::robot_set::{Link, RobotSet};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultSpec {
-    /// What goes wrong.
+    /// Kind of fault.
     pub kind: FaultKind,
 
     /// When it begins, seconds; default 0. Not for `kill`.
@@ -81,7 +81,7 @@ pub struct FaultSpec {
     pub origin: Origin,
 }
 
-/// What can go wrong.
+/// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultKind {
@@ -97,7 +97,7 @@ pub enum FaultKind {
     Corrupt,
     /// Groups of robots cannot hear each other.
     Partition,
-    /// Nobody inside a disc hears anything.
+    /// Robots inside a disc hear nothing.
     Jam,
     /// Agents are killed (SIGKILL), and perhaps restarted.
     Kill,
@@ -168,7 +168,7 @@ pub enum Pick {
     /// At random.
     #[default]
     Random,
-    /// Those nearest to the middle of the lamps when it begins.
+    /// The nearest to the middle of the lamps when it begins.
     NearestLamps,
 }
 
@@ -176,12 +176,12 @@ pub enum Pick {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
-    /// Those they send and those they hear.
+    /// Packets they send and packets they hear.
     #[default]
     Both,
-    /// Those they send.
+    /// Packets they send.
     Out,
-    /// Those they hear.
+    /// Packets they hear.
     In,
 }
 

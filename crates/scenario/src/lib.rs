@@ -62,7 +62,7 @@ pub struct Scenario {
     /// Name of the scenario; default: the file's name without `.toml`.
     #[serde(default)]
     pub name: String,
-    /// What the scenario shows, in one line.
+    /// One line about what the scenario shows.
     pub description: Option<String>,
     /// Seed of every random draw: the same seed gives the same run. At most 2^53 − 1, which every reader of JSON keeps.
     #[serde(default = "first_seed")]
@@ -78,15 +78,15 @@ pub struct Scenario {
     /// The sensory function φ.
     #[serde(default)]
     pub field: FieldSpec,
-    /// What a robot senses the light with.
+    /// The light sensor of every robot.
     #[serde(default)]
     pub light: LightSpec,
-    /// What else robots sense.
+    /// Other sensors.
     #[serde(default)]
     pub sensors: SensorsSpec,
     /// The controller every robot runs.
     pub controller: ControllerSpec,
-    /// Who hears whom, and how well.
+    /// The infrared channel: who hears whom, and how well.
     pub channel: ChannelSpec,
     /// When the swarm counts as converged.
     #[serde(default)]
@@ -94,7 +94,7 @@ pub struct Scenario {
     /// How the robots' processes are supervised.
     #[serde(default)]
     pub processes: ProcessesSpec,
-    /// What is recorded.
+    /// Recorded outputs.
     #[serde(default)]
     pub output: OutputSpec,
     /// The fault plan: what shall go wrong, in the order in which faults see each packet and robot.
@@ -157,8 +157,8 @@ impl Scenario {
         tick == 0 || self.cycle_of(tick) != self.cycle_of(tick - 1)
     }
 
-    /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is always seen; at least 1. What a `u32` cannot hold is longer
-    /// than any run.
+    /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is
+    /// always seen; at least 1. What a `u32` cannot hold is longer than any run.
     pub fn neighbor_timeout_ticks(&self) -> u32 {
         let cycles = self.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get);
         let ticks = steps::whole_part(f64::from(cycles) * self.cycle_s() / self.step_s.get());
@@ -200,7 +200,7 @@ impl Scenario {
         &self.field.lamp
     }
 
-    /// What each robot is told before its first tick: the same for all, and silent about how many there are.
+    /// Returns the setup of each agent before its first tick: the same for all, and silent about how many there are.
     pub fn agent_setup(&self, mode: Mode) -> AgentSetup {
         let cycle = seconds(self.channel.cycle_s.unwrap_or(self.step_s));
         let clock = ClockSetup {
@@ -212,7 +212,7 @@ impl Scenario {
         AgentSetup { mode, plane, cycle, clock, controller, pid_namespace: None }
     }
 
-    /// What carries messages between the arena and agents that keep time like this.
+    /// Returns the plane for messages between the arena and agents that keep time like this.
     pub fn plane(&self, mode: Mode) -> Plane {
         self.processes.plane.unwrap_or(mode.plane())
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number::{DiodeCount, NonNegative, Positive};
 
-/// What a robot senses the light with.
+/// The light sensor of every robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightSpec {

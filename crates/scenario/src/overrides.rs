@@ -1,7 +1,8 @@
 //! An override: `key.path=value` from the command line, stronger than the file.
 //!
 //! The value is a TOML value, or else a bare string (`channel.model=voronoi`). An index steps into an array
-//! (`field.gaussian.0.sigma_m=0.2`), a `*` into each of its entries (`field.gaussian.*.sigma_m=0.2`). Nothing after the `=` removes the key (`channel.range_m=`).
+//! (`field.gaussian.0.sigma_m=0.2`), a `*` into each of its entries (`field.gaussian.*.sigma_m=0.2`). Nothing after the
+//! `=` removes the key (`channel.range_m=`).
 
 use std::str::FromStr;
 
@@ -40,7 +41,7 @@ impl Override {
         &self.path
     }
 
-    /// What stands after the `=`.
+    /// The text after the `=`.
     pub(super) fn value(&self) -> &str {
         &self.value
     }

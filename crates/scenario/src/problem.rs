@@ -1,11 +1,11 @@
-//! What is wrong with values that are each well-formed, before anybody knows in which line they stand.
+//! A problem with values that are each well-formed, before anybody knows in which line they stand.
 
-/// What is wrong with a value that is well-formed by itself.
+/// A problem with values that are well-formed by themselves.
 #[derive(Debug)]
 pub(super) struct Problem {
     /// Paths of the values that disagree; the error points at the first that an override set, else the first.
     pub(super) paths: Vec<String>,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub(super) message: String,
     /// A way out, if one is known.
     pub(super) hint: Option<String>,

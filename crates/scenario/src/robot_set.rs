@@ -44,7 +44,7 @@ impl RobotSet {
         starts.filter(|start| self.contains(*start) && other.contains(*start)).min()
     }
 
-    /// Those with an index below `count`; `None` if there are none.
+    /// Returns the robots with an index below `count`; `None` if there are none.
     pub fn below(&self, count: u32) -> Option<Self> {
         let cut = |range: &RangeInclusive<u32>| *range.start()..=(*range.end()).min(count.saturating_sub(1));
         Self::union(self.0.iter().filter(|range| *range.start() < count).map(cut).collect())
@@ -150,9 +150,9 @@ impl JsonSchema for RobotSet {
 /// Packets from one robot to another, or both ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// Who sends.
+    /// Index of the sender.
     pub from: u32,
-    /// Who hears.
+    /// Index of the receiver.
     pub to: u32,
     /// Whether the way back is meant as well.
     pub both_ways: bool,

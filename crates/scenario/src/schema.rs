@@ -28,7 +28,7 @@ pub(super) enum LawName {
 }
 
 // `protocol::setup::Plane` likewise.
-/// What carries percepts and commands between the arena and its agents.
+/// Transport of percepts and commands between the arena and its agents.
 #[derive(JsonSchema)]
 #[serde(rename = "Plane", rename_all = "kebab-case")]
 #[allow(dead_code, reason = "only its schema is used")]

@@ -107,15 +107,15 @@ pub struct LampSpec {
     pub half_distance_m: Positive,
 }
 
-/// What else robots sense, beside light, walls and each other.
+/// Sensors beside those for light, walls and other robots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensorsSpec {
-    /// Whether robots have odometry, and turn and move what they have heard along with their bodies; default `true` with
-    /// `robots.drive = "differential"`, else `false`.
+    /// Whether robots have odometry, and turn and move what they have heard along with their bodies; default `true`
+    /// with `robots.drive = "differential"`, else `false`.
     pub odometry: Option<bool>,
-    /// Error of odometry: standard deviation of each tick's displacement and, on its own, of its turn, as a share of it; at
-    /// most 1.
+    /// Error of odometry: standard deviation of each tick's displacement and, on its own, of its turn, as a share of
+    /// it; at most 1.
     pub odometry_error: NonNegative,
 }
 
@@ -134,9 +134,9 @@ pub struct ControllerSpec {
     pub gradient: GradientSource,
     /// Magnitude of the gradient, sensor counts per meter; with `gradient = "fixed"` and only there.
     pub gradient_magnitude_per_m: Option<Positive>,
-    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4 wherever packets can be lost or late:
-    /// with `channel.loss`, `channel.soft_edge_m`, `channel.occlusion`, any `channel.access` but `"instant"`, or a fault
-    /// of kind `loss`, `burst`, `delay`, `corrupt`, `partition` or `jam`. Elsewhere 1, as silence means gone.
+    /// A neighbor not heard for this many neighbor cycles is forgotten; default 4 wherever packets can be lost or
+    /// late: with `channel.loss`, `channel.soft_edge_m`, `channel.occlusion`, any `channel.access` but `"instant"`, or
+    /// a fault of kind `loss`, `burst`, `delay`, `corrupt`, `partition` or `jam`. Elsewhere 1, as silence means gone.
     pub neighbor_timeout_cycles: Option<NonZeroU32>,
     /// Base in meters of the triangle that closes the cell of a robot with all neighbors on one bearing.
     #[serde(default = "triangle_side")]
@@ -182,16 +182,16 @@ const JOIN_TIMEOUT: Duration = Duration::from_secs(30);
 pub struct ProcessesSpec {
     /// A robot that has not answered a tick for this long, in seconds of wall time, hangs.
     pub hang_timeout_s: Positive,
-    /// What happens to a robot that hangs.
+    /// Treatment of a robot that hangs.
     pub on_hang: OnHang,
     /// How long the arena waits for a robot to join, in seconds of wall time. Without it, 30 seconds for robots that
     /// the run starts, and without limit for those that are driven by hand.
     pub join_timeout_s: Option<Positive>,
-    /// What carries messages; without it blackboards in lock-step, publish-subscribe in real time.
+    /// Transport of messages; without it blackboards in lock-step, publish-subscribe in real time.
     #[schemars(with = "Option<PlaneName>")]
     pub plane: Option<Plane>,
-    /// Each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many parts per million; a
-    /// restarted robot draws another. In every engine robots send by it with `channel.access = "random"` or
+    /// Each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many parts per million;
+    /// a restarted robot draws another. In every engine robots send by it with `channel.access = "random"` or
     /// `"fixed-phase"` (other cycles are shared, and stay so); in real time they wake up by it as well.
     pub clock_drift_ppm: NonNegative,
     /// In real time, each wake-up of a robot's timer comes late by a time of its own, drawn evenly, of up to
@@ -199,7 +199,7 @@ pub struct ProcessesSpec {
     pub timer_jitter_s: NonNegative,
 }
 
-/// What happens to a robot that hangs.
+/// Treatment of a robot that hangs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OnHang {
@@ -212,7 +212,7 @@ pub enum OnHang {
     Restart,
 }
 
-/// What is recorded.
+/// Recorded outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
@@ -239,7 +239,7 @@ impl ProcessesSpec {
     }
 }
 
-/// What no clock can count is forever.
+/// Converts seconds; more than a clock can count is forever.
 fn duration(seconds: Positive) -> Duration {
     Duration::try_from_secs_f64(seconds.get()).unwrap_or(Duration::MAX)
 }

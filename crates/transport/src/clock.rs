@@ -19,13 +19,13 @@ use serde::{Deserialize, Serialize};
 pub struct Stamp(pub u64);
 
 impl Stamp {
-    /// What the clock has counted since `earlier`; `None` if that is later.
+    /// Returns the counts since `earlier`; `None` if that is later.
     pub fn since(self, earlier: Self) -> Option<u64> {
         self.0.checked_sub(earlier.0)
     }
 }
 
-/// What counts.
+/// Source of a clock's counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
@@ -47,7 +47,7 @@ impl Clock {
         Self { source: if tsc::is_constant() { Source::Tsc } else { Source::Monotonic } }
     }
 
-    /// What it counts by.
+    /// Returns the source of its counts.
     pub fn source(self) -> Source {
         self.source
     }
@@ -108,7 +108,7 @@ impl Rate {
         Self { ns_per_count: u64::try_from(scaled).unwrap_or(u64::MAX) }
     }
 
-    /// So many counts in nanoseconds, rounded down.
+    /// Converts counts to nanoseconds, rounded down.
     #[inline]
     pub fn ns(self, counts: u64) -> u64 {
         // Saturates beyond 584 years.

@@ -1,4 +1,4 @@
-//! What arena and supervisor tell each other: one JSON object per line, over the arena's standard
+//! Messages between arena and supervisor: one JSON object per line, over the arena's standard
 //! input and output. If the supervisor dies, the arena reads the end of its input and ends the run.
 
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub enum Event {
         position: u64,
         /// Ticks in all.
         total: u64,
-        /// What else there is to say.
+        /// Further text to show.
         text: String,
     },
     /// The run is over; this is its `summary.json`. Or, in a batch, a trial is; this is its record.
@@ -44,7 +44,7 @@ pub enum Order {
     Stop,
     /// An agent's process has ended.
     Lost {
-        /// Whose it was.
+        /// The robot, and its life.
         id: RobotId,
         /// The process.
         pid: u32,

@@ -26,10 +26,10 @@ use crate::mapping::{Mapping, Shareable};
 /// The last character is the version of this layout.
 const MAGIC: u32 = u32::from_le_bytes(*b"LMB3");
 
-/// Of 64 robots each that can sign their answers; those with a higher index answer without a name.
+/// Words of 64 bits, one bit per robot that can sign its answers; those with a higher index answer without a name.
 const SIGNATURE_WORDS: usize = 128;
 
-/// What agents look at whenever they wake up, in a cache line of its own.
+/// State that agents read whenever they wake up, in a cache line of its own.
 #[repr(C, align(64))]
 #[derive(Debug)]
 struct Round {
@@ -59,7 +59,7 @@ const _: () = assert!(size_of::<Page>() == 192 + SIGNATURE_WORDS * 8);
 // SAFETY: `Page` consists of atomics; what padding the alignment makes is never read.
 unsafe impl Shareable for Page {}
 
-/// What an agent wakes up to.
+/// Event that an agent wakes up to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ring {
     /// A new round has begun; this is its number.
@@ -139,7 +139,7 @@ impl Doorbell {
         self.page.round.number.load(Ordering::Acquire)
     }
 
-    /// What an agent would wake up to now, without waiting.
+    /// Returns what an agent would wake up to now, without waiting.
     pub fn look(&self, seen: u32) -> Ring {
         match self.round() {
             _ if self.is_closed() => Ring::Closed,

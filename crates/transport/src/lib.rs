@@ -1,7 +1,7 @@
-//! What carries percepts and commands between processes.
+//! Transport of percepts and commands between processes.
 //!
-//! Raw messages in shared memory, the two planes of iceoryx2 and the doorbell; the folder of a run, its locks and control
-//! blobs; the clock that stamps what agents do. What the messages mean is in [`protocol`].
+//! Raw messages in shared memory, the two planes of iceoryx2 and the doorbell; the folder of a run, its locks and
+//! control blobs; the clock that stamps what agents do. What the messages mean is in [`protocol`].
 
 #![deny(unsafe_code)]
 

@@ -52,7 +52,7 @@ pub struct RawDelivery {
     pub bearing_rad: f64,
     /// Heading of the sender relative to the receiver's.
     pub orientation_rad: f64,
-    /// What was said.
+    /// The frame that was heard.
     pub frame: RawFrame,
 }
 const _: () = assert!(size_of::<RawDelivery>() == 48);
@@ -88,7 +88,7 @@ pub struct RawComponent {
 }
 const _: () = assert!(size_of::<RawComponent>() == 40);
 
-/// What every percept has, and how much there is of the rest.
+/// Fixed part of a percept, and how much there is of the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 pub struct RawHead {
@@ -128,7 +128,7 @@ pub type RawField = [RawComponent; COMPONENTS_MAX];
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 pub struct RawPercept {
-    /// What every percept has.
+    /// Fixed part.
     pub head: RawHead,
     /// Walls.
     pub walls: RawWalls,
@@ -157,7 +157,7 @@ pub struct RawTimes {
     pub truncation: u32,
     /// Until it knew its goal.
     pub centroid: u32,
-    /// What it took in the cycle before to make the command out of the goal and send it; 0 if there was none.
+    /// In the cycle before, from the goal until the command was made and sent; 0 if there was none.
     pub publish_before: u32,
     /// In real time, by how much its timer fired late, nanoseconds.
     pub late_ns: u32,
@@ -209,7 +209,7 @@ pub enum CommandError {
     /// It names another robot, or another life of this one.
     #[error("it names robot {index} incarnation {incarnation}, this uplink belongs to {expected}")]
     Sender {
-        /// Whose uplink it came through.
+        /// Robot whose uplink it came through.
         expected: RobotId,
         /// The index in the message.
         index: u32,

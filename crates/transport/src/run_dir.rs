@@ -120,9 +120,9 @@ pub enum RunDirError {
     /// The file system said no.
     #[error("{path}: {error}", path = path.display())]
     Io {
-        /// What was touched.
+        /// The file or folder.
         path: PathBuf,
-        /// What was said.
+        /// The system's error.
         error: io::Error,
     },
 }
@@ -327,7 +327,7 @@ impl RunDir {
         self.path().join("scenario.toml")
     }
 
-    /// What every agent is told at its start.
+    /// Path of the setup that every agent reads at its start.
     pub fn setup_path(&self) -> PathBuf {
         self.path().join("setup.bin")
     }
@@ -378,7 +378,7 @@ impl RunDir {
         self.path().join("iox2")
     }
 
-    /// What iceoryx2 puts before the name of every file of this run.
+    /// Prefix that iceoryx2 puts before the name of every file of this run.
     pub fn prefix(&self) -> String {
         format!("{PREFIX}{}.", self.name)
     }

@@ -47,9 +47,9 @@ pub enum ServiceError {
     /// Everything else.
     #[error("cannot {doing}: {reason}")]
     Transport {
-        /// What was being done.
+        /// Operation that failed.
         doing: String,
-        /// What iceoryx2 said.
+        /// Reason that iceoryx2 gave.
         reason: String,
     },
 }
@@ -306,7 +306,7 @@ mod tests {
         percept
     }
 
-    /// What conforms to this on both planes can carry any run.
+    /// Conformance of both planes: what passes this can carry any run.
     #[test]
     fn percepts_go_down_and_commands_come_up_on_either_plane() {
         for plane in PLANES {
@@ -357,7 +357,7 @@ mod tests {
         }
     }
 
-    /// What `read` gets while another thread writes as fast as it can is whole, and goes forward.
+    /// A percept that is read while another thread writes as fast as it can is whole, and newer than the last.
     #[test]
     fn a_percept_that_is_replaced_while_it_is_read_is_never_a_mixture() {
         for plane in PLANES {

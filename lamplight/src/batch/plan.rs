@@ -1,4 +1,4 @@
-//! What a batch is to do: trials × robots × sweeps, in their order.
+//! Plan of a batch: trials × robots × sweeps, in their order.
 //!
 //! In:  the options. Out: a [`Plan`] whose every scenario has been checked, so that nothing stops it half-way.
 
@@ -31,7 +31,7 @@ pub(crate) struct Plan {
     pub(crate) settings: Vec<Setting>,
 }
 
-/// What makes two batches the same, beside the scenario: `batch.json`.
+/// Identity of a batch, beside the scenario: `batch.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Identity {
     format: u32,

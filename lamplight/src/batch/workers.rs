@@ -1,5 +1,5 @@
-//! Who plays the trials of a batch: threads, each with all controllers of a trial; or processes, the same ones
-//! from trial to trial. Either hands over what is done in the order of the plan.
+//! Workers that play the trials of a batch: threads, each with all controllers of a trial; or processes, the same
+//! ones from trial to trial. Either hands over what is done in the order of the plan.
 
 use std::{
     collections::BTreeMap,
@@ -40,7 +40,7 @@ use crate::{
 /// Takes what one trial came to, in the order of the plan.
 pub(super) type Keeper<'a> = dyn FnMut(usize, Done) -> anyhow::Result<()> + 'a;
 
-/// Those who play.
+/// Workers of a batch.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Workers {
     Threads(usize),
@@ -148,7 +148,7 @@ fn played_in_process(plan: &Plan, index: usize, stop: &StopFlag) -> anyhow::Resu
     done(plan, &trial, record, stop)
 }
 
-/// What is kept of a trial, with the exact controller's cost if it is asked for.
+/// Returns what is kept of a trial, with the exact controller's cost if it is asked for.
 fn done(plan: &Plan, trial: &Trial<'_>, record: Record, stop: &StopFlag) -> anyhow::Result<Done> {
     let exact_cost_h = match plan.identity.exact {
         false => None,

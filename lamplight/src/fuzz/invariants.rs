@@ -1,4 +1,4 @@
-//! What must hold in every run, whatever goes wrong in it.
+//! Invariants that must hold in every run, whatever goes wrong in it.
 
 use arena::{Arena, metrics::Partition};
 use arena_daemon::summary::{Ending, Summary};

@@ -207,7 +207,7 @@ impl Drawer<'_> {
         one_of(&mut self.draws, if lamps { &picks } else { &picks[..2] })
     }
 
-    /// What the fault does.
+    /// Draws the parameters of a fault.
     fn parameters(&mut self, fault: &mut FaultSpec) {
         match fault.kind {
             FaultKind::Loss => fault.probability = self.probability(),
@@ -263,7 +263,7 @@ impl Drawer<'_> {
         Some(Xy { x: self.finite(speed)?, y: self.finite(speed)? })
     }
 
-    /// What a light sensor reads at most, about.
+    /// Largest reading of a light sensor, about.
     fn counts(&self) -> f64 {
         let field = &self.scenario.field;
         let peaks = field.lamp.iter().map(|lamp| lamp.peak.get().abs());
@@ -291,7 +291,7 @@ impl Drawer<'_> {
         Link { from: from as u32, to: ((from + away) % robots) as u32, both_ways: self.chance(0.4) }
     }
 
-    /// So many different robots.
+    /// Draws `count` different robots.
     fn distinct(&mut self, count: u64) -> BTreeSet<u32> {
         let robots = self.scenario.robot_count();
         // Floyd's algorithm: each choice is new, or else the highest so far is.

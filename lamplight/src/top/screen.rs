@@ -1,4 +1,4 @@
-//! What `lamplight top` shows, as lines of text: on a terminal, or plain.
+//! Screen of `lamplight top`, as lines of text: on a terminal, or plain.
 
 use std::{cmp::Ordering, collections::HashMap};
 
@@ -33,7 +33,7 @@ pub(super) enum Sort {
     Index,
 }
 
-/// What keys change.
+/// State that keys change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Screen {
     sort: Sort,
@@ -82,7 +82,7 @@ impl Screen {
         self.sorted(snapshot).into_iter().take(SHOWN_MAX)
     }
 
-    /// Who is waited for comes first; who has been scrolled past is left out.
+    /// Sorts robots: those waited for come first; those scrolled past are left out.
     fn sorted<'a>(&self, snapshot: &'a Snapshot) -> Vec<&'a Robot> {
         let key = |robot: &Robot| {
             let cycles = robot.cycles.as_ref();
@@ -111,7 +111,7 @@ impl Sort {
     }
 }
 
-/// What is said of a robot that is waited for.
+/// Returns the entry of a robot that is waited for.
 fn waited<'a>(snapshot: &'a Snapshot, robot: &Robot) -> Option<&'a Waited> {
     snapshot.waiting.iter().flat_map(|waiting| &waiting.robots).find(|waited| waited.id == robot.id)
 }
@@ -160,7 +160,7 @@ impl View<'_> {
         ]
     }
 
-    /// Who the run waits for.
+    /// Line about the robots that are waited for.
     fn waiting(&self) -> Line<'static> {
         match (&self.silence, &self.snapshot.waiting) {
             (Some(silence), _) => Line::from(silence.clone()).bold().white().on_red(),

@@ -40,7 +40,7 @@ const BEGINS: Duration = Duration::from_secs(1);
 /// Time between two tries meanwhile.
 const TRY: Duration = Duration::from_millis(20);
 
-/// What a run said to a question.
+/// Answer of a run to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     /// How it is.
@@ -109,7 +109,7 @@ impl Watcher {
         }
     }
 
-    /// What there is to see; `None` before the run has told anything.
+    /// Returns the view; `None` before the run has told anything.
     pub(super) fn view(&self) -> Option<super::View<'_>> {
         Some(super::View {
             snapshot: self.last.as_ref()?,

@@ -27,7 +27,7 @@ struct Traced {
     _folder: TempDir,
 }
 
-/// What was read back.
+/// A trace that was read back.
 struct Trace {
     whole: Value,
     bytes: u64,

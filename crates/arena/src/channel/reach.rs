@@ -10,7 +10,7 @@ use crate::{
 };
 use scenario::{ChannelModel, Scenario};
 
-/// What decides who is in reach.
+/// Parameters that decide who is in reach.
 #[derive(Clone, Debug)]
 pub(super) struct Rules {
     model: ChannelModel,
@@ -26,7 +26,7 @@ pub(super) struct Rules {
     seed: u64,
 }
 
-/// Whom one packet gets to.
+/// Robots that one packet gets to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Reached {
     /// The robots that it reaches, ascending.
@@ -54,7 +54,7 @@ impl Reached {
     }
 }
 
-/// Who is in reach of whom at the moment it has been shown last.
+/// Reach of every robot at the moment it has been shown last.
 #[derive(Clone, Debug)]
 pub(super) struct Reach {
     rules: Rules,
@@ -64,7 +64,7 @@ pub(super) struct Reach {
     near: Near,
 }
 
-/// Who may be in reach.
+/// Candidates for being in reach.
 #[derive(Clone, Debug)]
 enum Near {
     /// Robots of the cells around.
@@ -165,7 +165,7 @@ impl Reach {
         self.listeners
     }
 
-    /// Whom packet `number` of `sender` gets to, written over `reached`.
+    /// Finds the robots that packet `number` of `sender` gets to, written over `reached`.
     pub(super) fn of(&self, sender: u32, number: u64, reached: &mut Reached) {
         let index = sender as usize;
         reached.clear();

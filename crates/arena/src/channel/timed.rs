@@ -1,5 +1,5 @@
-//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins. Where a scenario asks
-//! for it, packets that nobody can read there destroy as well.
+//! Packets in the air: those that overlap at a receiver destroy each other, or the first one wins. Where a scenario
+//! asks for it, packets that nobody can read there destroy as well.
 //!
 //! All packets last equally long, so in the order in which they start they also end, and what
 //! overlaps with a packet at a receiver is its neighbor in that order.
@@ -53,7 +53,7 @@ pub(super) struct TimedChannel {
     spare: Vec<Reached>,
 }
 
-/// What is in `packets`, robot by robot; kept for its memory alone.
+/// Indices of `packets`, robot by robot; kept for its memory alone.
 #[derive(Clone, Debug, Default)]
 struct ByRobot {
     /// Which packets reach it, in order.
@@ -103,7 +103,7 @@ struct Transmission {
     reached: Reached,
 }
 
-/// What became of a packet at a receiver.
+/// Fate of a packet at a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Heard,
@@ -284,7 +284,7 @@ impl TimedChannel {
         self.resolved = ended;
     }
 
-    /// What becomes of the packet at `place` of a receiver's arrivals.
+    /// Decides the fate of the packet at `place` of a receiver's arrivals.
     fn fate(
         &mut self,
         receiver: usize,

@@ -17,7 +17,7 @@ const REBORN: u32 = 1;
 #[derive(Debug)]
 pub(super) struct Kill {
     restart_share: f64,
-    /// Whom it has killed.
+    /// Robots that it has killed.
     killed: Vec<u32>,
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use scenario::FaultKind;
 
-/// What became of one planned fault.
+/// Results of one planned fault.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Line {
     /// Its kind.
@@ -25,7 +25,7 @@ pub struct Line {
     pub last_tick: Option<Tick>,
     /// How many robots it has done something to (for packets: those that should have heard them).
     pub robots: usize,
-    /// What it did, and how often.
+    /// Its effects, and how often each.
     pub effects: BTreeMap<&'static str, u64>,
     #[serde(skip)]
     struck: BTreeSet<u32>,
@@ -61,7 +61,7 @@ impl Line {
         *self.effects.entry(what).or_default() += 1;
     }
 
-    /// What it did, as a person says it: `312 packets dropped, 3 robots killed`.
+    /// Returns its effects as text: `312 packets dropped, 3 robots killed`.
     pub fn told(&self) -> String {
         let effects = self.effects.iter().map(|(what, count)| format!("{count} {what}"));
         effects.collect::<Vec<_>>().join(", ")

@@ -8,7 +8,7 @@ use super::{
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {
-    /// Whom it holds, and in which life.
+    /// Robots that it holds, each with its life.
     held: Vec<(u32, u32)>,
 }
 
@@ -36,7 +36,7 @@ impl Rule for Pause {
         }
     }
 
-    /// Who is held by another fault as well stays; who was killed meanwhile is no longer held.
+    /// Resumes robots that no other fault holds; one that was killed meanwhile is no longer held.
     fn end(
         &mut self,
         _: FaultRng,

@@ -1,4 +1,4 @@
-//! Where a fault's random draws come from: each fault of a plan has luck of its own.
+//! Where a fault's random draws come from: each fault of a plan has draws of its own.
 
 use protocol::percept::Tick;
 
@@ -18,7 +18,7 @@ pub(super) struct FaultRng {
 }
 
 impl FaultRng {
-    /// The same luck for another copy of a packet.
+    /// The same source for another copy of a packet.
     pub(super) fn of_copy(self, copy: u32) -> Self {
         Self { copy, ..self }
     }

@@ -1,4 +1,4 @@
-//! What a kind of fault can do. Each kind does one or two of these things and leaves the rest.
+//! The trait of every kind of fault. Each kind overrides a few of its methods and leaves the rest.
 
 use std::fmt::Debug;
 
@@ -25,7 +25,7 @@ pub(super) struct Flight {
     pub(super) receiver_at: ArenaPoint,
 }
 
-/// What a fault does to a packet.
+/// Effect of a fault on a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// Nothing.
@@ -41,7 +41,7 @@ pub(super) enum Verdict {
 }
 
 impl Verdict {
-    /// What the ledger says of it.
+    /// Returns its entry in the ledger.
     pub(super) fn entry(&self) -> Option<&'static str> {
         match self {
             Self::Pass => None,

@@ -12,7 +12,7 @@ pub(super) struct Sensor {
     bias_counts: f64,
     noise_counts: f64,
     stuck: bool,
-    /// What each stuck sensor read first.
+    /// First reading of each stuck sensor.
     first: BTreeMap<u32, Light>,
 }
 

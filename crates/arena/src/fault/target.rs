@@ -1,4 +1,4 @@
-//! Whom a fault strikes: made once, when it begins.
+//! Robots and links that a fault strikes: chosen once, when it begins.
 
 use super::rng::FaultRng;
 use crate::frame::{ArenaPoint, Pose};
@@ -25,12 +25,12 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Nobody.
+    /// A target without robots.
     pub(super) fn none() -> Self {
         Self { robots: Vec::new(), links: None, direction: Direction::Both }
     }
 
-    /// Whom `spec` means in `scene`.
+    /// Chooses the robots that `spec` means in `scene`.
     pub(super) fn made(spec: &FaultSpec, scene: &Scene<'_>, rng: FaultRng) -> Self {
         let named = |robot: u32| spec.robots.as_ref().is_none_or(|robots| robots.contains(robot));
         // The discs of these are places, not choices.

@@ -1,4 +1,4 @@
-//! What a batch left: `batch.json`, `scenario.toml`, `trials.csv`, and where it came to its end or was asked
+//! Files of a batch: `batch.json`, `scenario.toml`, `trials.csv`, and where it came to its end or was asked
 //! to, `summary.json`, `errors.csv`, `positions.csv`.
 
 use std::{
@@ -31,7 +31,7 @@ pub struct Batch {
     pub settings: Vec<Setting>,
     /// Digest of all trials, from `summary.json`; `None` while the batch is not finished.
     pub digest: Option<String>,
-    /// What a reader should know before trusting the rest.
+    /// Notes to read before trusting the rest.
     pub notes: Vec<String>,
     folder: PathBuf,
 }
@@ -41,7 +41,7 @@ pub struct Batch {
 pub struct Meta {
     /// Name of the scenario.
     pub scenario: String,
-    /// What ran the trials.
+    /// Engine that ran the trials.
     pub engine: String,
     /// Trials per setting.
     pub trials: u64,
@@ -50,13 +50,13 @@ pub struct Meta {
     /// Numbers of robots.
     #[serde(default)]
     pub robots: Vec<u32>,
-    /// What was swept.
+    /// Keys that were swept.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
     /// Whether each trial ran under the exact controller as well.
     #[serde(default)]
     pub exact: bool,
-    /// What was kept besides `trials.csv`.
+    /// Tables kept besides `trials.csv`.
     #[serde(default)]
     pub keep: Vec<String>,
 }
@@ -183,8 +183,8 @@ impl Batch {
         Ok(digests.map(|(key, digest)| (key, digest.to_owned())).collect())
     }
 
-    /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial, NaN where it had no value; `None` if it was
-    /// not kept.
+    /// `errors.csv`: mean ‖ê‖ over time of each trial, by setting and trial, NaN where it had no value; `None` if it
+    /// was not kept.
     pub fn errors(&self) -> Result<Option<ByTrial<Vec<Point>>>, ReportError> {
         let Some(rows) = Rows::read_if_there(&self.folder.join("errors.csv"))? else { return Ok(None) };
         let keys = rows.counts("setting")?.into_iter().zip(rows.counts("trial")?);

@@ -65,7 +65,7 @@ pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
     Ok(blocks)
 }
 
-/// What a figure has along x.
+/// Quantity along a figure's x axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Along {
     /// A swept key, by its place.
@@ -153,7 +153,7 @@ fn panel(
     Ok(Some(chart.draw(&format!("{label} over what was swept"))))
 }
 
-/// What a series has in common besides what is along x; empty if nothing else varies.
+/// Name of a series: its values of what varies besides x; empty if nothing else does.
 fn others(batch: &Batch, along: Along, setting: &Setting) -> String {
     let mut parts = Vec::new();
     if along != Along::Robots && batch.meta.robots.len() > 1 {

@@ -1,4 +1,4 @@
-//! What the paper could not do: Section V under collisions, loss and killed robots.
+//! Section V under collisions, loss and killed robots: what the paper could not do.
 
 use super::{
     Chapter, Evidence,

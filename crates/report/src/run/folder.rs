@@ -1,4 +1,4 @@
-//! What a run left: `scenario.toml`, `metrics.csv`, and where it came to its end or was asked to,
+//! Files of a run: `scenario.toml`, `metrics.csv`, and where it came to its end or was asked to,
 //! `summary.json`, `robots.csv`, `ledger.csv`, `poses.csv`.
 
 use std::{collections::BTreeMap, path::Path};
@@ -26,7 +26,7 @@ pub struct Run {
     pub end: Vec<Body>,
     /// Where they were in between.
     pub poses: Option<Poses>,
-    /// What a reader should know before trusting the rest.
+    /// Notes to read before trusting the rest.
     pub notes: Vec<String>,
 }
 

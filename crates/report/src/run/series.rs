@@ -48,7 +48,7 @@ pub(super) fn time_series(run: &Run) -> Result<Vec<Block>, ReportError> {
     Ok(blocks)
 }
 
-/// What became of packets, over time and in all.
+/// Fates of packets, over time and in all.
 pub(super) fn packets(run: &Run) -> Result<Vec<Block>, ReportError> {
     let times = run.metrics.full("time_s")?;
     let mut chart = Chart::new(time(), Axis::new("receptions per second").from_zero());

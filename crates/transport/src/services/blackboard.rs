@@ -53,7 +53,7 @@ const FIELD: Key = 2;
 /// The first of [`BLOCKS_MAX`].
 const DELIVERIES: Key = 3;
 
-/// What every percept has. Deliveries that many percepts have lie in it, so that whoever reads one looks in one place.
+/// Head of a percept, with the deliveries that many percepts have, so that whoever reads one looks in one place.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[repr(C)]
 struct BoardHead {
@@ -114,7 +114,7 @@ struct Latest<T: Copy + ZeroCopySend + fmt::Debug + 'static> {
 }
 
 impl<T: Copy + ZeroCopySend + fmt::Debug + 'static> Latest<T> {
-    /// What is written from now on is new.
+    /// Begins after the present value: what is written from now on is new.
     fn of(entry: Read<T>) -> Self {
         let seen = entry.get();
         Self { entry, seen }
