@@ -93,14 +93,14 @@ fn write_contacts(text: &mut String, summary: &Value) -> fmt::Result {
     if let Some(bodies) = met("contacts_unsolved") {
         writeln!(
             text,
-            "contacts: {bodies} times a body stayed where it was, because no solution was found for it"
+            "contacts: bodies that stayed where they were, because no solution was found for them, counted tick by tick: {bodies}"
         )?;
     }
     if let Some(groups) = met("contacts_coarse") {
         writeln!(
             text,
-            "contacts: {groups} times bodies that met moved in steps longer than they should be, so where they end is \
-             less certain; a smaller step_s helps, unless they are jammed"
+            "contacts: groups of bodies that moved in steps longer than they should be, counted tick by tick: {groups}; where \
+             they end is less certain; a smaller step_s helps, unless they are jammed"
         )?;
     }
     Ok(())
@@ -217,8 +217,11 @@ mod tests {
             text
         };
         assert_eq!(told(0, 0), "");
-        assert!(told(3, 0).starts_with("contacts: 3 times a body stayed where it was"));
-        assert!(told(0, 7).starts_with("contacts: 7 times bodies that met moved in steps longer"));
+        assert!(
+            told(3, 0).starts_with("contacts: bodies that stayed")
+                && told(3, 0).ends_with("tick by tick: 3\n")
+        );
+        assert!(told(0, 7).contains("counted tick by tick: 7; where they end is less certain"));
     }
 
     #[test]

@@ -8,14 +8,16 @@ use nalgebra::Vector2;
 use protocol::setup::Law;
 
 use crate::{field::Field, frame::Pose};
-use scenario::{ChannelModel, FaultKind, FaultSpec, Scenario};
+use scenario::{Access, ChannelModel, FaultKind, FaultSpec, Scenario};
 
-/// One line for each time of `scenario` that was rounded, for a field with nothing to cover, for each of its peaks that
-/// is too narrow to be integrated well, for each fault that may never fire, robots starting at `poses`, and for each
-/// that outlasts the memory of neighbors; with the place in the file where it was written, if it is known.
+/// One line for each time of `scenario` that was rounded, for errors of odometry that nobody goes by, for a field with
+/// nothing to cover, for each of its peaks that is too narrow to be integrated well, for each fault that may never
+/// fire, robots starting at `poses`, and for each that outlasts the memory of neighbors; with the place in the file
+/// where it was written, if it is known.
 pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
     let rounded = scenario.roundings.0.iter().map(ToString::to_string);
-    let mut warnings: Vec<String> = rounded.chain(dark(scenario)).chain(narrow(scenario)).collect();
+    let mut warnings: Vec<String> =
+        rounded.chain(idle(scenario)).chain(dark(scenario)).chain(narrow(scenario)).collect();
     for (index, fault) in scenario.fault.iter().enumerate() {
         let of_fault = late(fault, scenario)
             .into_iter()
@@ -30,6 +32,18 @@ pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
 pub fn named(index: usize, fault: &FaultSpec) -> String {
     let place = fault.origin.0.as_ref().map_or(String::new(), |place| format!("{place}: "));
     format!("{place}fault {index} ({})", fault.kind.name())
+}
+
+/// Errors of odometry where nothing is carried along by it: everybody is measured anew at each percept, and nobody is
+/// remembered beyond it.
+fn idle(scenario: &Scenario) -> Option<String> {
+    let forgets = scenario.controller.neighbor_timeout_cycles.is_none_or(|cycles| cycles.get() == 1);
+    let is_idle = forgets && scenario.channel.access == Some(Access::Instant);
+    (scenario.sensors.odometry_error.get() > 0.0 && is_idle).then(|| {
+        "sensors.odometry_error has no effect: robots hear everybody anew in each neighbor cycle and remember nobody beyond \
+         it; they do with channel.profile = \"isis\", or with controller.neighbor_timeout_cycles above 1"
+            .into()
+    })
 }
 
 /// A field without anything to cover. The law `uniform` does not ask for it.
@@ -157,6 +171,20 @@ mod tests {
         let capped = |cap_m: f64| format!("exact\", cell_cap_m = {cap_m}, gradient = \"measured");
         assert_eq!(warned(&lamp(1.5e-6), &capped(0.7)), [""; 0], "a cap within the arena");
         assert_eq!(warned(&lamp(1.5e-6), &capped(2.0)).len(), 1, "a cap beyond it");
+    }
+
+    #[test]
+    fn errors_of_odometry_that_nobody_goes_by_are_warned_of() {
+        let lit = "field.offset = 1\nsensors = { odometry = true, odometry_error = 0.1 }\n";
+        let [warning] = &warned(lit, "linear")[..] else { panic!("it is not warned of") };
+        assert!(warning.starts_with("sensors.odometry_error has no effect"), "{warning}");
+        for remembered in [
+            format!("{lit}channel.loss = 0.1"),
+            format!("{lit}channel.profile = \"isis\""),
+            lit.replace("odometry_error = 0.1", "odometry_error = 0.0"),
+        ] {
+            assert_eq!(warned(&remembered, "linear"), [""; 0], "{remembered}");
+        }
     }
 
     #[test]

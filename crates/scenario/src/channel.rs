@@ -54,6 +54,7 @@ pub struct ChannelSpec {
     /// Chance that a packet is lost between one sender and one receiver, independent of all others.
     pub loss: Option<Probability>,
     /// Standard deviation of a measured range, as a share of it.
+    #[schemars(range(max = 1.0))]
     pub sigma_range: Option<NonNegative>,
     /// Standard deviation of a measured bearing, degrees.
     pub sigma_bearing_deg: Option<NonNegative>,

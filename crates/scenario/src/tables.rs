@@ -116,6 +116,7 @@ pub struct SensorsSpec {
     pub odometry: Option<bool>,
     /// Error of odometry: standard deviation of each tick's displacement and, on its own, of its turn, as a share of
     /// it; at most 1.
+    #[schemars(range(max = 1.0))]
     pub odometry_error: NonNegative,
 }
 
