@@ -117,13 +117,13 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let by_hand = cli.by_hand.clone();
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
-    let mut hosting =
+    let mut host =
         HostConfig { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
     let over = match trials {
-        Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
+        Some(trials) => play(scenario, &trials, host, &stop).map(|()| Over::Trials),
         None => {
-            hosting.live = Some(watchable(cli, &scenario, &run, endpoint)?);
-            one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary)))
+            host.live = Some(watchable(cli, &scenario, &run, endpoint)?);
+            one_run(cli, &scenario, host, &stop).map(|summary| Over::Run(Box::new(summary)))
         }
     };
     drop(alive);
@@ -154,15 +154,15 @@ fn watchable(
     Ok(live)
 }
 
-fn one_run(cli: &Cli, scenario: &Scenario, hosting: HostConfig, stop: &StopFlag) -> anyhow::Result<Summary> {
+fn one_run(cli: &Cli, scenario: &Scenario, host: HostConfig, stop: &StopFlag) -> anyhow::Result<Summary> {
     let mut arena = Arena::new(scenario)?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
     let mode = cli.run.mode();
     let tracer = Tracer::begin(&cli.run.trace, scenario, mode).inspect_err(|_| outputs.take_back())?;
-    let hosting = HostConfig { tracer: tracer.clone(), ..hosting };
+    let host = HostConfig { tracer: tracer.clone(), ..host };
     let mut squad: Box<dyn Squad> = match mode {
-        Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
-        Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
+        Mode::Lockstep => Box::new(Lockstep::open(scenario, host, stop.clone())?),
+        Mode::Realtime => Box::new(Realtime::open(scenario, host)?),
     };
     if tracer.is_on() {
         squad = Box::new(Traced::new(squad, tracer.clone()));
@@ -185,8 +185,8 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: HostConfig, stop: &StopFlag)
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
 /// there are no more, or the squad can no longer be used.
-fn play(scenario: Scenario, trials: &Trials, hosting: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
-    let mut squad = Lockstep::open(&scenario, hosting, stop.clone())?;
+fn play(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
+    let mut squad = Lockstep::open(&scenario, host, stop.clone())?;
     let mut next = Some(scenario);
     while let Some(scenario) = next {
         let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;

@@ -63,20 +63,20 @@ enum SupervisorEvent {
 /// the run made and nobody to take it down.
 pub(crate) struct Watch {
     sender: Sender<SupervisorEvent>,
-    happenings: Receiver<SupervisorEvent>,
+    events: Receiver<SupervisorEvent>,
     children: Children,
 }
 
 impl Watch {
     /// From here on signals are ours.
     pub(crate) fn begin() -> anyhow::Result<Self> {
-        let (sender, happenings) = mpsc::channel();
+        let (sender, events) = mpsc::channel();
         forward_signals(sender.clone())?;
-        let (children, teller) = (Children::default(), sender.clone());
+        let (children, notifier) = (Children::default(), sender.clone());
         children
-            .stand_still_with_us(move |time| drop(teller.send(SupervisorEvent::StoodStill(time))))
+            .stand_still_with_us(move |time| drop(notifier.send(SupervisorEvent::StoodStill(time))))
             .context("cannot listen for signals")?;
-        Ok(Self { sender, happenings, children })
+        Ok(Self { sender, events, children })
     }
 }
 
@@ -94,13 +94,13 @@ pub(crate) fn run(
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
-    let Watch { sender, happenings, children } = watch;
+    let Watch { sender, events, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
     let start = Start { options, run, robots, by_hand, log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
-    let outcome = supervisor.watch(happenings);
-    supervisor.clear_away(happenings);
+    let outcome = supervisor.watch(events);
+    supervisor.clear_away(events);
     outcome
 }
 
@@ -194,10 +194,10 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Handles events until the arena has ended and sent its last message.
-    fn watch(&mut self, happenings: &Receiver<SupervisorEvent>) -> anyhow::Result<Outcome> {
+    fn watch(&mut self, events: &Receiver<SupervisorEvent>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {
-            match self.next(happenings)? {
+            match self.next(events)? {
                 SupervisorEvent::Signal(SIGCHLD) => self.reap(),
                 SupervisorEvent::Signal(signal) => self.stop(signal),
                 SupervisorEvent::StoodStill(time) => {
@@ -218,22 +218,22 @@ impl<'a> Supervisor<'a> {
 
     /// The next thing to attend to. While there is none, agents are started one by one, so that
     /// signals are heard in between; and an arena that was told to end is not waited for in vain.
-    fn next(&mut self, happenings: &Receiver<SupervisorEvent>) -> anyhow::Result<SupervisorEvent> {
+    fn next(&mut self, events: &Receiver<SupervisorEvent>) -> anyhow::Result<SupervisorEvent> {
         loop {
             if !self.to_start.is_empty() {
-                if let Ok(happening) = happenings.try_recv() {
-                    return Ok(happening);
+                if let Ok(event) = events.try_recv() {
+                    return Ok(event);
                 }
                 self.spawn_next()?;
             } else if let Some(stopping) = self.stopping {
                 let left = STOP_TIMEOUT.saturating_sub(stopping.since.elapsed());
                 if left.is_zero() {
                     self.give_up_on_arena();
-                } else if let Ok(happening) = happenings.recv_timeout(left) {
-                    return Ok(happening);
+                } else if let Ok(event) = events.recv_timeout(left) {
+                    return Ok(event);
                 }
             } else {
-                return happenings.recv().context("the threads that watch the run have ended");
+                return events.recv().context("the threads that watch the run have ended");
             }
         }
     }
@@ -360,13 +360,13 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Waits for every child to end, and kills those that stay.
-    fn clear_away(&mut self, happenings: &Receiver<SupervisorEvent>) {
+    fn clear_away(&mut self, events: &Receiver<SupervisorEvent>) {
         self.kill_arena();
         self.reap();
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
         while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() {
             let left = |deadline: Moment| deadline.since(Moment::now());
-            let impatient = match happenings.recv_timeout(deadline.map_or(REAP_POLL, left)) {
+            let impatient = match events.recv_timeout(deadline.map_or(REAP_POLL, left)) {
                 Ok(SupervisorEvent::Signal(signal)) => signal != SIGCHLD,
                 Ok(
                     SupervisorEvent::Arena(_) | SupervisorEvent::ArenaSilent | SupervisorEvent::StoodStill(_),

@@ -1,7 +1,7 @@
 //! The trait of a robot's controller: percepts in, commands out.
 //!
 //! A controller knows what its percepts say and nothing else: no clock, no pose, no number of robots. Whoever has
-//! one of these has a robot: the crate `robot-agent` makes a process of it, the crate `engine` a robot in process.
+//! one of these has a robot: the crate `robot-agent` makes a process of it.
 //!
 //! ```
 //! use protocol::{

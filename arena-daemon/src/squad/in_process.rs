@@ -22,14 +22,14 @@ use crate::{
 /// The controllers of all robots, in this process.
 #[derive(Debug)]
 pub struct InProcess {
-    minds: Vec<Mind>,
+    robots: Vec<Life>,
     setup: ControllerSetup,
     live: Option<Arc<Live>>,
 }
 
 /// One life of a robot.
 #[derive(Debug)]
-struct Mind {
+struct Life {
     id: RobotId,
     /// `None` once it has been killed.
     controller: Option<CoverageController>,
@@ -40,8 +40,8 @@ struct Mind {
 impl InProcess {
     /// Controllers of so many robots, all with the same parameters.
     pub fn new(robots: u32, setup: ControllerSetup) -> Self {
-        let minds = (0..robots).map(|index| Mind::new(RobotId::first(index), setup)).collect();
-        Self { minds, setup, live: None }
+        let robots = (0..robots).map(|index| Life::new(RobotId::first(index), setup)).collect();
+        Self { robots, setup, live: None }
     }
 
     /// The same, with `live` for those who watch.
@@ -51,7 +51,7 @@ impl InProcess {
     }
 }
 
-impl Mind {
+impl Life {
     fn new(id: RobotId, setup: ControllerSetup) -> Self {
         Self { id, controller: Some(CoverageController::new(id, setup)), paused: false }
     }
@@ -71,7 +71,7 @@ impl Mind {
 
 impl Squad for InProcess {
     fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
-        Ok(self.minds.iter_mut().map(Mind::boot).collect())
+        Ok(self.robots.iter_mut().map(Life::boot).collect())
     }
 
     fn apply_process_faults(
@@ -81,14 +81,14 @@ impl Squad for InProcess {
         answers: &mut Answers,
     ) -> Result<(), SquadError> {
         for &ProcessFault { robot, action } in process_faults {
-            let (mind, answer) = (&mut self.minds[robot as usize], &mut answers[robot as usize]);
+            let (life, answer) = (&mut self.robots[robot as usize], &mut answers[robot as usize]);
             match action {
-                ProcessAction::Kill => (mind.controller, *answer) = (None, None),
-                ProcessAction::Pause => (mind.paused, *answer) = (true, None),
-                ProcessAction::Resume => mind.paused = false,
+                ProcessAction::Kill => (life.controller, *answer) = (None, None),
+                ProcessAction::Pause => (life.paused, *answer) = (true, None),
+                ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
-                    *mind = Mind::new(mind.id.reborn(), self.setup);
-                    *answer = mind.boot();
+                    *life = Life::new(life.id.reborn(), self.setup);
+                    *answer = life.boot();
                 }
             }
         }
@@ -96,8 +96,8 @@ impl Squad for InProcess {
     }
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
-        for ((mind, percept), answer) in self.minds.iter_mut().zip(percepts).zip(answers) {
-            *answer = mind.step(percept);
+        for ((life, percept), answer) in self.robots.iter_mut().zip(percepts).zip(answers) {
+            *answer = life.step(percept);
         }
         Ok(())
     }
@@ -108,32 +108,32 @@ impl Squad for InProcess {
 
     /// Returns the status of all robots; nobody measures them.
     fn status_of_robots(&mut self, _watched: bool) -> SquadStatus {
-        let robot = |mind: &Mind| live::Robot {
-            id: mind.id,
+        let robot = |life: &Life| live::Robot {
+            id: life.id,
             pid: None,
-            participation: match mind {
-                Mind { controller: None, .. } => live::Participation::Down,
-                Mind { paused: true, .. } => live::Participation::Paused,
-                Mind { .. } => live::Participation::Present,
+            participation: match life {
+                Life { controller: None, .. } => live::Participation::Down,
+                Life { paused: true, .. } => live::Participation::Paused,
+                Life { .. } => live::Participation::Present,
             },
             cycles: None,
             missed_deadlines: 0,
             refused: 0,
         };
-        SquadStatus { robots: self.minds.iter().map(robot).collect(), ..SquadStatus::default() }
+        SquadStatus { robots: self.robots.iter().map(robot).collect(), ..SquadStatus::default() }
     }
 
     fn dismiss(&mut self) {}
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {
-        let standing = |mind: &Mind| RobotStatus {
-            id: mind.id,
+        let standing = |life: &Life| RobotStatus {
+            id: life.id,
             pid: None,
-            alive: mind.controller.is_some(),
-            paused: mind.controller.is_some() && mind.paused,
+            alive: life.controller.is_some(),
+            paused: life.controller.is_some() && life.paused,
             refused: 0,
         };
-        self.minds.iter().map(standing).collect()
+        self.robots.iter().map(standing).collect()
     }
 }
 

@@ -45,9 +45,9 @@ pub struct Trial<'a> {
 
 impl Lockstep {
     /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
-    pub fn open(scenario: &Scenario, hosting: HostConfig, stop: StopFlag) -> Result<Self, SquadError> {
+    pub fn open(scenario: &Scenario, host: HostConfig, stop: StopFlag) -> Result<Self, SquadError> {
         Ok(Self {
-            members: Roster::open(scenario, Mode::Lockstep, hosting)?,
+            members: Roster::open(scenario, Mode::Lockstep, host)?,
             stop,
             joined: false,
             awaited: Vec::new(),

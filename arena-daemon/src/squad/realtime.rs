@@ -64,8 +64,8 @@ struct Latest {
 
 impl Realtime {
     /// Opens the run to agents.
-    pub fn open(scenario: &Scenario, hosting: HostConfig) -> Result<Self, SquadError> {
-        let members = Roster::open(scenario, Mode::Realtime, hosting)?;
+    pub fn open(scenario: &Scenario, host: HostConfig) -> Result<Self, SquadError> {
+        let members = Roster::open(scenario, Mode::Realtime, host)?;
         let latest = vec![None; scenario.robot_count() as usize];
         let cycle = Duration::from_secs_f64(scenario.cycle_s());
         Ok(Self { members, latest, cycles: 0, cycle, looked: Moment::now(), tick: 0 })

@@ -126,11 +126,11 @@ pub(super) struct Roster {
     pub(super) recorder: Option<Recorder>,
     /// A core for the recorder's work while percepts are sent.
     second_core: Option<SecondCore>,
-    medium: Session,
+    session: Session,
     plane: Plane,
     /// Frames of packets that agents are to hear.
     frames: Frames,
-    pub(super) hosting: HostConfig,
+    pub(super) host: HostConfig,
     /// When it was last told who is waited for, if somebody is.
     pub(super) waiting_told: Option<Instant>,
     processes: ProcessesSpec,
@@ -148,33 +148,31 @@ pub(super) struct Roster {
 
 impl Roster {
     /// Lays out the run's folder and the services of every robot.
-    pub(super) fn open(scenario: &Scenario, mode: Mode, hosting: HostConfig) -> Result<Self, SquadError> {
+    pub(super) fn open(scenario: &Scenario, mode: Mode, host: HostConfig) -> Result<Self, SquadError> {
         let failed =
             |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {}", explained(error)));
-        let run = &hosting.run;
+        let run = &host.run;
         fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
         tell_setup(run, scenario, mode)?;
-        let medium = Session::enter(run)?;
+        let session = Session::enter(run)?;
         let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
         let members = (0..robots)
-            .map(|index| Member::hosted(&medium, plane, RobotId::first(index)))
+            .map(|index| Member::hosted(&session, plane, RobotId::first(index)))
             .collect::<Result<Vec<_>, _>>()?;
-        let by_hand: Vec<ByHand> = driven_by_hand(&members, &hosting).collect();
+        let by_hand: Vec<ByHand> = driven_by_hand(&members, &host).collect();
         run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
             Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
         Ok(Self {
             doorbell,
-            recorder: hosting
-                .profile
-                .then(|| Recorder::new(robots as usize, mode).traced(hosting.tracer.clone())),
-            second_core: if hosting.profile { SecondCore::for_robots(robots) } else { None },
+            recorder: host.profile.then(|| Recorder::new(robots as usize, mode).traced(host.tracer.clone())),
+            second_core: if host.profile { SecondCore::for_robots(robots) } else { None },
             hang_timeout: scenario.processes.hang_timeout(),
-            medium,
+            session,
             plane,
             frames: Frames::of(robots as usize),
-            hosting,
+            host,
             waiting_told: None,
             processes: scenario.processes.clone(),
             members,
@@ -190,7 +188,7 @@ impl Roster {
     pub(super) fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
         let mut answers: Answers = vec![None; self.members.len()];
         self.doorbell.expect(self.members.len() as u32);
-        self.hosting.link.tell(&Event::Ready);
+        self.host.link.tell(&Event::Ready);
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         self.await_joining(&everyone, BOOT_TICK, stop, &mut answers)?;
         if let Some(recorder) = &mut self.recorder {
@@ -208,7 +206,7 @@ impl Roster {
         mode: Mode,
         stop: &StopFlag,
     ) -> Result<Answers, SquadError> {
-        tell_setup(&self.hosting.run, scenario, mode)?;
+        tell_setup(&self.host.run, scenario, mode)?;
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         let mut answers: Answers = vec![None; self.members.len()];
         let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
@@ -274,11 +272,11 @@ impl Roster {
                 self.begin(index, id.reborn())?
             }
             (ProcessAction::Pause, state) => {
-                self.hosting.link.tell(&Event::Stop(id));
+                self.host.link.tell(&Event::Stop(id));
                 AgentState::Paused { joined: state == AgentState::Present }
             }
             (ProcessAction::Resume, AgentState::Paused { joined }) => {
-                self.hosting.link.tell(&Event::Continue(id));
+                self.host.link.tell(&Event::Continue(id));
                 if joined { AgentState::Present } else { AgentState::expected() }
             }
         };
@@ -290,7 +288,7 @@ impl Roster {
     /// Takes in agents that have joined since the last call; their first commands become answers.
     /// Does away with those who will not come.
     pub(super) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
-        let lost: Vec<Lost> = self.hosting.link.lost().collect();
+        let lost: Vec<Lost> = self.host.link.lost().collect();
         lost.iter().try_for_each(|lost| self.on_process_exit(lost, tick))?;
         self.remove_remains(&lost);
         self.on_death_by_hand(tick)?;
@@ -458,7 +456,7 @@ impl Roster {
             member.ports = None;
             if let AgentState::Paused { .. } = member.state {
                 // Who is stopped does not see the end.
-                self.hosting.link.tell(&Event::Continue(member.id));
+                self.host.link.tell(&Event::Continue(member.id));
             }
         }
         self.remains.clear();
@@ -510,7 +508,7 @@ impl Roster {
             OnHang::Fail => return Err(SquadError(what)),
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
-                format!("its next life is started by hand: {}", self.hosting.run.name().agent_command(next))
+                format!("its next life is started by hand: {}", self.host.run.name().agent_command(next))
             }
             OnHang::Restart => "it is restarted".into(),
         };
@@ -533,14 +531,14 @@ impl Roster {
         let member = &mut self.members[index];
         let (id, process) = (member.id, member.process.take());
         let Some(ports) = member.ports.take() else { return };
-        self.hosting.link.tell(&Event::End(id));
+        self.host.link.tell(&Event::End(id));
         match by_hand {
             // Nobody ends its process for us: it leaves when it sees that its life is over, or is dead already.
             true => {
-                if let Err(error) = self.hosting.run.end_life(id) {
+                if let Err(error) = self.host.run.end_life(id) {
                     tracing::warn!("{id} cannot be told that it is left out: {error}");
                 }
-                remove_dead_files(&self.hosting.run, vec![ports]);
+                remove_dead_files(&self.host.run, vec![ports]);
             }
             false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
         }
@@ -550,9 +548,9 @@ impl Roster {
     fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
         let refused = self.members[index].refused;
-        self.members[index] = Member { refused, ..Member::hosted(&self.medium, self.plane, id)? };
+        self.members[index] = Member { refused, ..Member::hosted(&self.session, self.plane, id)? };
         if !self.is_by_hand(index) {
-            self.hosting.link.tell(&Event::Start(id));
+            self.host.link.tell(&Event::Start(id));
         }
         Ok(self.members[index].state)
     }
@@ -567,7 +565,7 @@ impl Roster {
                 || remains.since.elapsed() > DYING
         };
         let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
-        remove_dead_files(&self.hosting.run, over);
+        remove_dead_files(&self.host.run, over);
     }
 
     /// How long robot `index` is waited for; `None` for without limit.
@@ -580,7 +578,7 @@ impl Roster {
     }
 
     fn is_by_hand(&self, index: usize) -> bool {
-        self.hosting.is_by_hand(index as u32)
+        self.host.is_by_hand(index as u32)
     }
 
     /// Tells which robots wait to be started by hand: in the run's folder as soon as that changes, and to whoever
@@ -589,15 +587,15 @@ impl Roster {
         if self.by_hand.is_empty() {
             return;
         }
-        let Self { members, hosting, by_hand, called, .. } = &mut *self;
-        if !driven_by_hand(members, hosting).eq(by_hand.iter().copied()) {
+        let Self { members, host, by_hand, called, .. } = &mut *self;
+        if !driven_by_hand(members, host).eq(by_hand.iter().copied()) {
             let known = mem::take(by_hand);
-            by_hand.extend(driven_by_hand(members, hosting));
+            by_hand.extend(driven_by_hand(members, host));
             // Who is fewer than before need not be called again.
             if by_hand.iter().any(|robot| robot.is_awaited && !known.contains(robot)) {
                 *called = None;
             }
-            if let Err(error) = hosting.run.tell_by_hand(by_hand) {
+            if let Err(error) = host.run.tell_by_hand(by_hand) {
                 tracing::warn!("agents started by hand cannot be told what they may join: {error}");
             }
         }
@@ -608,7 +606,7 @@ impl Roster {
         let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited).map(|robot| robot.id);
         let Some(set) = RobotSet::of(awaited.clone().map(|id| id.index)) else { return };
         let Some(first) = awaited.clone().next() else { return };
-        let (run, count) = (self.hosting.run.name(), awaited.count());
+        let (run, count) = (self.host.run.name(), awaited.count());
         let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
         let within = self.join_timeout(first.index as usize);
         let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
@@ -626,8 +624,8 @@ impl HostConfig {
 }
 
 /// The robots that are driven by hand, and whether they wait to be.
-fn driven_by_hand<'a>(members: &'a [Member], hosting: &'a HostConfig) -> impl Iterator<Item = ByHand> + 'a {
-    let theirs = members.iter().filter(|member| hosting.is_by_hand(member.id.index));
+fn driven_by_hand<'a>(members: &'a [Member], host: &'a HostConfig) -> impl Iterator<Item = ByHand> + 'a {
+    let theirs = members.iter().filter(|member| host.is_by_hand(member.id.index));
     theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
 }
 
@@ -647,8 +645,8 @@ impl AgentState {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(medium: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
-        let ports = Some(medium.host(id, plane)?);
+    fn hosted(session: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
+        let ports = Some(session.host(id, plane)?);
         Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
     }
 

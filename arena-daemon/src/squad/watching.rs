@@ -24,7 +24,7 @@ const LOOKED_AT_MAX: usize = 64;
 impl Roster {
     /// Returns the live state, for those who watch.
     pub(super) fn live(&self) -> Option<Arc<Live>> {
-        self.hosting.live.clone()
+        self.host.live.clone()
     }
 
     /// Returns the status of all agents.
@@ -48,7 +48,7 @@ impl Roster {
     /// Tells those who watch that `tick` waits for `robots` since then, if that is so for long enough and they do not
     /// know yet.
     pub(super) fn wait_for(&mut self, what: Awaited, robots: &[usize], tick: Tick, since: Moment) {
-        let Some(live) = &self.hosting.live else { return };
+        let Some(live) = &self.host.live else { return };
         let known = self.waiting_told.is_some_and(|told| told.elapsed() < EVERY);
         if known || since.elapsed() < NOTICEABLE {
             return;
@@ -60,7 +60,7 @@ impl Roster {
     /// Notes that nobody is waited for any more.
     pub(super) fn nobody_is_waited_for(&mut self) {
         if self.waiting_told.take().is_some() {
-            self.hosting.live.iter().for_each(|live| live.wait_for(None));
+            self.host.live.iter().for_each(|live| live.wait_for(None));
         }
     }
 

@@ -96,7 +96,7 @@ pub enum ChannelModel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Access {
-    /// At its end, in no time: packets never meet.
+    /// At the beginning of the next one, in no time: packets never meet.
     Instant,
     /// Anywhere in its own free-running cycle.
     Random,

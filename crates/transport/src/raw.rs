@@ -1,7 +1,7 @@
 //! Messages as shared memory holds them: raw numbers, checked once on arrival.
 //!
-//! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header; a
-//! command is one [`RawCommand`]. Any process of the same user can write here, so nothing is
+//! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header, or on a blackboard its
+//! parts in several values; a command is one [`RawCommand`]. Any process of the same user can write here, so nothing is
 //! believed: [`RawCommand::check`] and [`RawPercept::read`] turn bytes into checked types, or say
 //! why not. Both directions keep every bit of every number, so that processes and the in-process
 //! engine compute the same.
