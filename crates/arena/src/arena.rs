@@ -224,11 +224,6 @@ impl Arena {
         self.channel.crowding()
     }
 
-    /// Pairs of robots that the channel has looked at so far: what its ticks cost.
-    pub fn pairs_examined(&self) -> u64 {
-        self.channel.examined()
-    }
-
     /// Returns the ledger of all faults.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
         self.plan.ledger()

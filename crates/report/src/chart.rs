@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use kuva::{
-    plot::{BandPlot, BoxPlot, LinePlot, ScatterPlot, StripPlot, line::LineStyle, scatter::MarkerShape},
+    plot::{BoxPlot, LinePlot, ScatterPlot, StripPlot, line::LineStyle, scatter::MarkerShape},
     render::{
         annotations::{ReferenceLine, TextAnnotation},
         layout::{Layout, TickFormat},
@@ -335,29 +335,6 @@ impl Chart {
         self.stroke(&middle, look, 1.6, false);
         self.plots.push(bars);
         self.entry(name, Sample::Both(look));
-    }
-
-    /// Markers and error bars without a line.
-    pub fn spread_dots(&mut self, name: &str, points: &[(f64, f64, f64)], look: Look) {
-        let bars = self.bars(points, look);
-        self.plots.push(bars);
-        self.entry(name, Sample::Dot(look));
-    }
-
-    /// An area between two lines: x, low and high.
-    pub fn band(&mut self, name: &str, points: &[(f64, f64, f64)], ink: Ink) {
-        let shown = points
-            .iter()
-            .filter(|(x, low, high)| self.x.shows(*x) && self.y.shows(*low) && self.y.shows(*high));
-        let shown: Vec<_> = shown.copied().collect();
-        self.note_extent(&[], &shown);
-        let column = |pick: fn(&(f64, f64, f64)) -> f64| shown.iter().map(pick).collect::<Vec<f64>>();
-        self.plots.push(Plot::Band(
-            BandPlot::new(column(|p| p.0), column(|p| p.1), column(|p| p.2))
-                .with_color(ink.light())
-                .with_opacity(0.22),
-        ));
-        self.entry(name, Sample::Area(ink));
     }
 
     /// The distribution of each group, by name along x: boxes, and points where there are few.

@@ -8,7 +8,7 @@ use kuva::{
     },
 };
 
-use crate::{chart::Look, theme::Ink};
+use crate::chart::Look;
 
 /// One line of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +30,6 @@ pub enum Sample {
     Dot(Look),
     /// A line with a marker.
     Both(Look),
-    /// An area.
-    Area(Ink),
 }
 
 const ROW_HEIGHT: f64 = 19.0;
@@ -78,16 +76,6 @@ fn sample(scene: &mut Scene, sample: Sample, x: f64, y: f64) {
             line(scene, look, 1.6, x, y);
             marker(scene, look, x + SAMPLE_WIDTH / 2.0, y);
         }
-        Sample::Area(ink) => scene.add(Primitive::Rect {
-            x,
-            y: y - 5.0,
-            width: SAMPLE_WIDTH,
-            height: 10.0,
-            fill: Color::from(ink.light()),
-            stroke: None,
-            stroke_width: None,
-            opacity: Some(0.3),
-        }),
     }
 }
 
