@@ -96,7 +96,7 @@ fn everything_that_is_known_is_there_once() {
     let wake = "stage=\"wake\",quantile=\"0.5\"";
     assert_eq!(value("lamplight_agent_stage_duration_seconds", wake), 1e-5);
     assert_eq!(value("lamplight_robot_waiting_seconds", "robot=\"17\",state=\"stopped\""), 1.25);
-    assert_eq!(value("lamplight_robots", "participation=\"present\""), 49.0);
+    assert_eq!(value("lamplight_robots", "standing=\"present\""), 49.0);
     assert_eq!(value("lamplight_robot_present", "robot=\"0\""), 0.0);
     assert_eq!(value("lamplight_robot_cycle_p99_seconds", "robot=\"49\""), 2e-5);
     let info = "run=\"lab\",scenario=\"a \\\"b\\\"\\\\\\n\",engine=\"processes\",mode=\"lockstep\"";
@@ -116,7 +116,7 @@ fn robots_beyond_the_bound_are_counted() {
     assert_eq!(value(&samples, "lamplight_robots_without_metrics", ""), 76.0);
     let named = samples.keys().filter(|(name, _)| name == "lamplight_robot_present").count();
     assert_eq!(named, ROBOTS_MAX);
-    assert_eq!(value(&samples, "lamplight_robots", "participation=\"present\""), 1099.0);
+    assert_eq!(value(&samples, "lamplight_robots", "standing=\"present\""), 1099.0);
 }
 
 /// Every word of a text that is the name of a metric, or would be one.
