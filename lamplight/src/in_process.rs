@@ -18,7 +18,8 @@ use arena_daemon::{
     summary::Summary,
     trial::{self, Record},
 };
-use protocol::setup::Mode;
+use coverage::CoverageController;
+use protocol::{robot_id::RobotId, setup::Mode};
 use scenario::Scenario;
 
 /// How a run goes by.
@@ -43,8 +44,7 @@ pub(crate) fn run(
     live: Option<Arc<Live>>,
 ) -> Summary {
     let mode = Mode::Lockstep;
-    let squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
-    let mut squad = squad.watched(live);
+    let mut squad = squad(scenario).watched(live);
     let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, audience };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
@@ -64,11 +64,13 @@ pub(crate) fn run_quietly(
 
 /// Plays one trial of a batch. A panic ends this trial alone.
 pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Record> {
-    guarded(|| {
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut squad = InProcess::new(scenario.robot_count(), setup);
-        trial::play(scenario, &mut squad, "in-process", stop)
-    })
+    guarded(|| trial::play(scenario, &mut squad(scenario), "in-process", stop))
+}
+
+/// The paper's controller for every robot of `scenario`.
+fn squad(scenario: &Scenario) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
+    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setup))
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

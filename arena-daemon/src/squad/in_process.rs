@@ -4,13 +4,11 @@
 use std::sync::Arc;
 
 use arena::fault::{ProcessAction, ProcessFault};
-use coverage::CoverageController;
 use protocol::{
     command::Command,
     controller::Controller,
     percept::{Percept, Tick},
     robot_id::RobotId,
-    setup::ControllerSetup,
 };
 
 use super::{Answers, RobotStatus, Squad, SquadError};
@@ -19,29 +17,29 @@ use crate::{
     stop::StopFlag,
 };
 
-/// The controllers of all robots, in this process.
+/// The controllers of all robots, in this process: any `C`, which `N` makes for each life of a robot.
 #[derive(Debug)]
-pub struct InProcess {
-    robots: Vec<Life>,
-    setup: ControllerSetup,
+pub struct InProcess<C, N> {
+    robots: Vec<Life<C>>,
+    new: N,
     live: Option<Arc<Live>>,
 }
 
 /// One life of a robot.
 #[derive(Debug)]
-struct Life {
+struct Life<C> {
     id: RobotId,
     /// `None` once it has been killed.
-    controller: Option<CoverageController>,
+    controller: Option<C>,
     /// It does nothing and keeps its memory.
     paused: bool,
 }
 
-impl InProcess {
-    /// Controllers of so many robots, all with the same parameters.
-    pub fn new(robots: u32, setup: ControllerSetup) -> Self {
-        let robots = (0..robots).map(|index| Life::new(RobotId::first(index), setup)).collect();
-        Self { robots, setup, live: None }
+impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
+    /// So many robots, each with a controller of its own that `new` makes.
+    pub fn new(robots: u32, new: N) -> Self {
+        let robots = (0..robots).map(RobotId::first).map(|id| Life::new(id, new(id))).collect();
+        Self { robots, new, live: None }
     }
 
     /// The same, with `live` for those who watch.
@@ -51,9 +49,9 @@ impl InProcess {
     }
 }
 
-impl Life {
-    fn new(id: RobotId, setup: ControllerSetup) -> Self {
-        Self { id, controller: Some(CoverageController::new(id, setup)), paused: false }
+impl<C: Controller> Life<C> {
+    fn new(id: RobotId, controller: C) -> Self {
+        Self { id, controller: Some(controller), paused: false }
     }
 
     fn boot(&mut self) -> Option<Command> {
@@ -64,12 +62,12 @@ impl Life {
         self.awake().map(|controller| controller.step(percept, &mut ()))
     }
 
-    fn awake(&mut self) -> Option<&mut CoverageController> {
+    fn awake(&mut self) -> Option<&mut C> {
         self.controller.as_mut().filter(|_| !self.paused)
     }
 }
 
-impl Squad for InProcess {
+impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
     fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
         Ok(self.robots.iter_mut().map(Life::boot).collect())
     }
@@ -87,7 +85,8 @@ impl Squad for InProcess {
                 ProcessAction::Pause => (life.paused, *answer) = (true, None),
                 ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
-                    *life = Life::new(life.id.reborn(), self.setup);
+                    let id = life.id.reborn();
+                    *life = Life::new(id, (self.new)(id));
                     *answer = life.boot();
                 }
             }
@@ -108,7 +107,7 @@ impl Squad for InProcess {
 
     /// Returns the status of all robots; nobody measures them.
     fn status_of_robots(&mut self, _watched: bool) -> SquadStatus {
-        let robot = |life: &Life| live::Robot {
+        let robot = |life: &Life<C>| live::Robot {
             id: life.id,
             pid: None,
             participation: match life {
@@ -126,7 +125,7 @@ impl Squad for InProcess {
     fn dismiss(&mut self) {}
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {
-        let standing = |life: &Life| RobotStatus {
+        let standing = |life: &Life<C>| RobotStatus {
             id: life.id,
             pid: None,
             alive: life.controller.is_some(),
@@ -139,26 +138,32 @@ impl Squad for InProcess {
 
 #[cfg(test)]
 mod tests {
+    use coverage::CoverageController;
     use scenario::Scenario;
 
     use super::*;
 
     const ROBOTS: u32 = 3;
 
-    fn squad() -> (InProcess, Answers) {
+    fn squad() -> (impl Squad, Answers) {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../scenarios/swarmbots.toml"), &[]).unwrap();
         let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
-        let mut squad = InProcess::new(ROBOTS, setup);
+        let mut squad = InProcess::new(ROBOTS, move |id| CoverageController::new(id, setup));
         let answers = squad.join_all(&StopFlag::default()).unwrap();
         (squad, answers)
     }
 
-    fn apply_process_faults(squad: &mut InProcess, answers: &mut Answers, robot: u32, action: ProcessAction) {
+    fn apply_process_faults(
+        squad: &mut impl Squad,
+        answers: &mut Answers,
+        robot: u32,
+        action: ProcessAction,
+    ) {
         squad.apply_process_faults(0, &[ProcessFault { robot, action }], answers).unwrap();
     }
 
-    fn exchange(squad: &mut InProcess, answers: &mut Answers, tick: Tick) {
+    fn exchange(squad: &mut impl Squad, answers: &mut Answers, tick: Tick) {
         let percepts = vec![Percept::empty(tick); ROBOTS as usize];
         squad.exchange(&percepts, answers).unwrap();
     }

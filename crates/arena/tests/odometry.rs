@@ -5,8 +5,8 @@
 use arena::Arena;
 use coverage::CoverageController;
 use protocol::{
-    command::Command, controller::Controller, frame::BodyVector, odometry::Odometry, robot_id::RobotId,
-    setup::Mode, units::wrapped,
+    command::Command, controller::Controller, frame::BodyVector, odometry::Odometry, percept::Tick,
+    robot_id::RobotId, setup::Mode, units::wrapped,
 };
 use scenario::Scenario;
 
@@ -14,8 +14,7 @@ fn scenario(text: &str) -> Scenario {
     Scenario::parse("odometry", text, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Four robots that stand still, and robot 0 among them, which turns and drives in circles at 3 rad/s and hears them by
-/// a timed channel without noise.
+/// Four robots and robot 0 among them, which hears them by a timed channel without noise.
 fn in_circles(sets: &str) -> Scenario {
     scenario(&format!(
         "duration_s = 20.0
@@ -24,34 +23,40 @@ fn in_circles(sets: &str) -> Scenario {
          robots = {{ positions_m = [[2.0, 2.0], [1.5, 1.5], [2.5, 1.5], [2.5, 2.5], [1.5, 2.5]], drive = \"differential\" }}
          controller = {{ law = \"uniform\", gain_per_s = 1.0 }}
          channel = {{ profile = \"isis\", sigma_range = 0.0, sigma_bearing_deg = 0.0 }}
-         fault = [{{ kind = \"motion\", robots = \"1-4\", stuck = true }}]
          {sets}"
     ))
 }
 
-/// By how much robot 0's bearings of its neighbors are off at the percepts of a run: mean, and the worst, degrees.
-fn bearings_off(scenario: &Scenario) -> (f64, f64) {
+/// Plays a scenario in which robot 0 turns to its left at `speed_m_per_s`, whatever it thinks, and the others stand
+/// still. `look` is told by how much robot 0's bearing of each robot that it knows is off, radians, cycle by cycle.
+fn play(scenario: &Scenario, speed_m_per_s: f64, mut look: impl FnMut(Tick, f64)) {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> =
-        (0..5).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
-    let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
+    let new = |index| CoverageController::new(RobotId::first(index), setup);
+    let mut robots: Vec<_> = (0..scenario.robot_count()).map(new).collect();
+    let mut commands: Vec<_> = robots.iter_mut().map(|robot| Some(robot.boot())).collect();
     let mut arena = Arena::new(scenario).unwrap();
-    let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
-    for _ in 0..=scenario.ticks() {
+    for tick in 0..=scenario.ticks() {
         arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
-        let answers = minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept, &mut ())));
-        commands = answers.collect();
-        // It keeps turning to its left, whatever it thinks.
-        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
+        for ((robot, percept), command) in robots.iter_mut().zip(percepts).zip(&mut commands) {
+            *command = Some(Command { velocity: BodyVector::HERE, ..robot.step(percept, &mut ()) });
+        }
+        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, speed_m_per_s);
         let poses = arena.poses();
-        for known in minds[0].neighbors().iter() {
+        for known in robots[0].neighbors().iter() {
             let sender = poses[known.delivery.packet.sender.index as usize].position;
-            let off =
-                wrapped(known.delivery.bearing.get() - poses[0].sees(sender).bearing()).abs().to_degrees();
-            (sum, worst, count) = (sum + off, worst.max(off), count + 1);
+            look(tick, wrapped(known.delivery.bearing.get() - poses[0].sees(sender).bearing()));
         }
     }
+}
+
+/// By how much robot 0's bearings of its neighbors are off in a run: mean, and the worst, degrees.
+fn bearings_off(scenario: &Scenario) -> (f64, f64) {
+    let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0);
+    play(scenario, 0.1, |_, off| {
+        let off = off.abs().to_degrees();
+        (sum, worst, count) = (sum + off, worst.max(off), count + 1);
+    });
     assert!(count > 200, "{count}");
     (sum / f64::from(count), worst)
 }
@@ -80,26 +85,13 @@ fn a_delayed_packet_is_carried_along_from_its_arrival() {
          channel = { range_m = 2.0, cycle_s = 0.3 }
          fault = [{ kind = \"delay\", delay_s = 0.5, until_s = 1.05 }]",
     );
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds = [0, 1].map(|index| CoverageController::new(RobotId::first(index), setup));
-    let mut commands = [0, 1].map(|robot: usize| Some(minds[robot].boot()));
-    let mut arena = Arena::new(&scenario).unwrap();
     let mut seen = 0;
-    for tick in 0..=scenario.ticks() {
-        arena.process_faults(&[]);
-        let Some(percepts) = arena.tick(&commands) else { continue };
-        commands = [0, 1].map(|robot: usize| Some(minds[robot].step(&percepts[robot], &mut ())));
-        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 1e-9);
-        commands[1].as_mut().unwrap().velocity = BodyVector::HERE;
-        let pose = arena.poses()[0];
-        let sender = arena.poses()[1].position;
-        let Some(known) = minds[0].neighbors().iter().next() else { continue };
-        let off = wrapped(known.delivery.bearing.get() - pose.sees(sender).bearing());
+    play(&scenario, 1e-9, |tick, off| {
         // The last that is late was sent in tick 10; what comes in time then is exact.
         let expected = if tick <= 9 { 5.0 * 0.3 } else { 0.0 };
         assert!((off - expected).abs() < 1e-8, "tick {tick}: {off}");
         seen += 1;
-    }
+    });
     assert_eq!(seen, 5);
 }
 
