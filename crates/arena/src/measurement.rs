@@ -39,6 +39,7 @@ impl Measurement {
 
     /// `packet` as a robot at `receiver` hears it from one at `sender`. `draws` are asked only if
     /// there is noise.
+    #[inline]
     pub fn of(
         &self,
         packet: Packet,

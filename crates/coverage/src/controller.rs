@@ -28,6 +28,8 @@ pub struct CoverageController {
 
 impl CoverageController {
     /// A controller with an empty neighbor table.
+    // Inlined, it is made where it stays: moved, it would touch all the memory that it has room for.
+    #[inline]
     pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
         let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
         Self { transmitter: Transmitter::new(id), setup, neighbors }

@@ -76,6 +76,7 @@ impl NeighborTable {
 impl<E: Copy> NeighborTable<E> {
     /// An empty table of robot `own`. A neighbor counts while it was heard less than
     /// `timeout_ticks` ago (at least 1: heard in this very tick).
+    #[inline]
     pub fn new(own: RobotId, timeout_ticks: u32) -> Self {
         Self {
             own,
