@@ -72,7 +72,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
         }
         if self.percept.tick == BOOT_TICK {
             tracing::debug!("begins anew");
-            *self.controller = (self.new)(self.id, setup_of(run)?.controller);
+            self.begin_anew(run)?;
             self.announce()?;
             self.stopwatch.booted();
             return Ok(true);
@@ -84,6 +84,13 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)
+    }
+
+    /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
+    #[inline(never)]
+    fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
+        *self.controller = (self.new)(self.id, setup_of(run)?.controller);
+        Ok(())
     }
 
     /// Takes in what has come between two cycles, so that what is heard is known even if another percept comes
