@@ -101,6 +101,7 @@ pub enum PacketError {
 
 impl Packet {
     /// The frame that carries this packet.
+    #[inline]
     pub fn encode(&self) -> Frame {
         let mut bytes = [0; LOCALIZATION_BYTES];
         bytes[0] = LOCALIZATION;
@@ -115,6 +116,7 @@ impl Packet {
     }
 
     /// Checks and reads a frame: length first, then checksum, kind and payload.
+    #[inline]
     pub fn decode(frame: &[u8]) -> Result<Self, PacketError> {
         let bytes: &[u8; LOCALIZATION_BYTES] = frame
             .try_into()
