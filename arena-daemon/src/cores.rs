@@ -3,7 +3,7 @@
 
 use std::{fmt, thread};
 
-use arena::hands::{Alone, Hands};
+use arena::executor::{Executor, Sequential};
 use rayon::{
     ThreadPool, ThreadPoolBuilder,
     iter::{IndexedParallelIterator, ParallelIterator},
@@ -17,9 +17,9 @@ const CORES_MAX: usize = 8;
 /// Parts per core, so that who is done early takes another one.
 const PARTS_PER_CORE: usize = 2;
 
-/// Who works at a tick.
+/// Cores that work at a tick.
 pub enum Cores {
-    /// The caller's.
+    /// The caller's core.
     One,
     /// Several, which sleep between stages.
     Several(ThreadPool),
@@ -36,10 +36,10 @@ impl Cores {
     }
 }
 
-impl Hands for Cores {
+impl Executor for Cores {
     fn share<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
         match self {
-            Self::One => Alone.share(items, work),
+            Self::One => Sequential.share(items, work),
             Self::Several(pool) => {
                 let part = items.len().div_ceil(pool.current_num_threads() * PARTS_PER_CORE).max(1);
                 pool.install(|| {

@@ -6,19 +6,19 @@ use arena::{
     Arena,
     metrics::EstimatedErrors,
     recovery::{Recovered, Recovery},
-    scenario::Scenario,
 };
 use hdrhistogram::Histogram;
 use protocol::{command::Command, setup::Mode};
+use scenario::Scenario;
 
 use crate::{
     cores::Cores,
-    live::Teller,
+    live::SnapshotPublisher,
     outputs::Outputs,
     pace::{Lag, Overload, Pace},
     profile::Totals,
     progress::{Audience, Progress, Status},
-    squad::{Answers, Squad, SquadError, Standing},
+    squad::{Answers, RobotStatus, Squad, SquadError},
     standstill::{Moment, Standstills},
     stop::StopFlag,
     summary::{Delivered, Ending, Fault, Summary, TickTimes},
@@ -33,11 +33,11 @@ pub struct Plan {
     pub mode: Mode,
     /// Cap on virtual over real time.
     pub speed: Option<f64>,
-    /// What if real time cannot be kept.
+    /// Behavior if real time cannot be kept.
     pub overload: Overload,
     /// Whether the arena may use all cores: it is the only one at work.
     pub shares: bool,
-    /// Who sees how it goes on.
+    /// Destination of progress reports.
     pub audience: Audience,
 }
 
@@ -45,11 +45,11 @@ pub struct Plan {
 pub type Observer<'a> = dyn FnMut(&Arena, &[Option<Command>]) -> Result<(), String> + 'a;
 
 /// The observer who objects to nothing.
-pub fn content(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
+pub fn no_observer(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs `scenario`, whose start `arena` is, to its end under the eyes of `observer`, and writes what it leaves.
+/// Runs `scenario`, whose start `arena` is, to its end, watched by `observer`, and writes what it leaves.
 /// A squad that fails or an observer that objects ends the run, and the summary says so; it also says what could not
 /// be written.
 pub fn run(
@@ -62,7 +62,7 @@ pub fn run(
     observer: &mut Observer<'_>,
 ) -> Summary {
     let robots = arena.poses().len();
-    let teller = Teller::new(squad.live());
+    let publisher = SnapshotPublisher::new(squad.live());
     let mut run = Run {
         scenario,
         arena,
@@ -70,7 +70,7 @@ pub fn run(
         answers: vec![None; robots],
         outputs,
         stop,
-        teller,
+        publisher,
         converged_at_s: None,
         recovery: Recovery::new(scenario),
         cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
@@ -79,20 +79,20 @@ pub fn run(
         tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
     };
     let began = Instant::now();
-    let mustered = run.squad.muster(stop);
+    let joined = run.squad.join_all(stop);
     let start_up = began.elapsed();
     let started = Instant::now();
-    let course = match mustered {
+    let course = match joined {
         Ok(answers) => {
             run.answers = answers;
-            run.teller.start();
+            run.publisher.start();
             run.follow(plan, observer)
         }
         Err(error) => Err(Interruption::Squad(error)),
     };
     let wall = started.elapsed();
-    logbook::at_no_tick();
-    run.teller.end(&run.status(), run.arena.packets(), run.squad);
+    logging::at_no_tick();
+    run.publisher.end(&run.status(), run.arena.packets(), run.squad);
     let profile = run.squad.profile();
     run.squad.dismiss();
     let (ended, failure) = match course {
@@ -102,8 +102,8 @@ pub fn run(
     };
     let agents = profile.as_ref().map(Totals::of);
     let mut summary = Summary { agents, ..run.summary(plan, ended, failure, start_up, wall) };
-    let standings = run.squad.standings();
-    run.outputs.finish(&mut summary, run.arena, &standings, &run.answers, profile.as_ref());
+    let robot_statuses = run.squad.robot_statuses();
+    run.outputs.finish(&mut summary, run.arena, &robot_statuses, &run.answers, profile.as_ref());
     summary
 }
 
@@ -114,7 +114,7 @@ struct Run<'a> {
     answers: Answers,
     outputs: Outputs,
     stop: &'a StopFlag,
-    teller: Teller,
+    publisher: SnapshotPublisher,
     converged_at_s: Option<f64>,
     recovery: Recovery,
     cores: Cores,
@@ -128,7 +128,7 @@ const NAP: Duration = Duration::from_millis(100);
 /// Time between two warnings that the machine does not keep up.
 const LATE_AGAIN: Duration = Duration::from_secs(5);
 
-/// What cuts a run short.
+/// Reason why a run is cut short.
 enum Interruption {
     Overload(String),
     Squad(SquadError),
@@ -152,7 +152,7 @@ impl Run<'_> {
                 return Ok(ending);
             }
             progress.show(&status);
-            self.teller.tell(&status, || self.arena.packets(), self.squad);
+            self.publisher.tell(&status, || self.arena.packets(), self.squad);
             if let Some(time) = stood.news() {
                 pace.stood_still(time);
                 if plan.mode == Mode::Realtime {
@@ -193,7 +193,7 @@ impl Run<'_> {
             if left.is_zero() {
                 break;
             }
-            self.squad.attend(Instant::now() + left.min(NAP))?;
+            self.squad.poll_until(Instant::now() + left.min(NAP))?;
         }
         Ok(())
     }
@@ -210,15 +210,15 @@ impl Run<'_> {
 
     fn tick(&mut self) -> Result<(), SquadError> {
         let began = Instant::now();
-        logbook::at_tick(self.arena.next_tick());
-        let strikes = self.arena.strikes(&self.squad.left_out());
-        self.squad.strike(self.arena.next_tick(), &strikes, &mut self.answers)?;
+        logging::at_tick(self.arena.next_tick());
+        let process_faults = self.arena.process_faults(&self.squad.left_out());
+        self.squad.apply_process_faults(self.arena.next_tick(), &process_faults, &mut self.answers)?;
         if let Some(percepts) = self.arena.tick_by(&self.cores, &self.answers) {
             self.squad.exchange(percepts, &mut self.answers)?;
         }
         let took = began.elapsed();
         self.tick_ns.saturating_record(took.as_nanos() as u64);
-        self.teller.ticked(took);
+        self.publisher.ticked(took);
         let tick = self.arena.current_tick();
         if self.recovery.wants(tick) && self.scenario.begins_cycle(tick) {
             self.recovery.observe(tick, self.arena.disturbance(&self.answers));
@@ -248,14 +248,15 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may be
-    /// silent: of them nothing is known.
+    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may
+    /// be silent: of them nothing is known.
     fn is_converged(&self, status: &Status) -> bool {
         let is_close = |mean_m| mean_m < self.scenario.convergence.tolerance_m.get();
-        let takes_part = |standing: &Standing| standing.alive && !standing.paused;
+        let takes_part = |standing: &RobotStatus| standing.alive && !standing.paused;
         status.errors.are_of_everyone()
             && status.errors.mean_m.is_some_and(is_close)
-            && self.squad.standings().iter().filter(|standing| takes_part(standing)).count() == status.present
+            && self.squad.robot_statuses().iter().filter(|standing| takes_part(standing)).count()
+                == status.present
     }
 
     fn faults(&self) -> Vec<Fault> {
@@ -296,7 +297,7 @@ impl Run<'_> {
             end: self.arena.metrics(&self.answers),
             contacts_unsolved: self.arena.contacts_unsolved(),
             contacts_coarse: self.arena.contacts_coarse(),
-            commands_refused: self.squad.standings().iter().map(|standing| standing.refused).sum(),
+            commands_refused: self.squad.robot_statuses().iter().map(|standing| standing.refused).sum(),
             delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
             faults: self.faults(),
             incidents: self.squad.incidents().to_vec(),

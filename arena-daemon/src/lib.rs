@@ -8,7 +8,6 @@
 
 pub mod cores;
 pub mod engine;
-pub mod link;
 pub mod live;
 pub mod options;
 pub mod outputs;
@@ -20,5 +19,6 @@ pub mod squad;
 pub mod standstill;
 pub mod stop;
 pub mod summary;
+pub mod supervisor_link;
 pub mod trace;
 pub mod trial;

@@ -7,10 +7,10 @@
 
 pub mod http;
 pub mod prometheus;
+mod publisher;
 mod server;
 mod snapshot;
 pub mod socket;
-mod teller;
 
 use std::{
     sync::{
@@ -20,18 +20,18 @@ use std::{
     time::{Duration, Instant},
 };
 
+pub use publisher::{SnapshotPublisher, SquadStatus};
 pub use server::CLIENTS_MAX;
 pub use snapshot::{
-    About, Agents, Awaited, Dropped, NAMED_MAX, Phase, Robot, Snapshot, Standing, Waited, Waiting,
+    About, Agents, Awaited, Dropped, NAMED_MAX, Participation, Phase, Robot, Snapshot, Waited, Waiting,
 };
-pub use teller::{Survey, Teller};
 
 /// Time between two snapshots.
 pub const EVERY: Duration = Duration::from_millis(100);
-/// Who has asked this long ago still watches.
+/// A client that has asked this long ago still watches.
 const WATCHES_FOR: Duration = Duration::from_secs(1);
 
-/// What the run's loop tells and others ask for.
+/// State of a run that its loop tells and others ask for.
 #[derive(Debug)]
 pub struct Live {
     began: Instant,
@@ -73,12 +73,12 @@ impl Live {
         self.always || asked > 0 && self.now_ms() < asked + WATCHES_FOR.as_millis() as u64
     }
 
-    /// Who is waited for now.
+    /// Sets the robots that are waited for.
     pub fn wait_for(&self, waiting: Option<Waiting>) {
         self.state().snapshot.waiting = waiting;
     }
 
-    /// Changes what is told.
+    /// Changes the snapshot.
     fn tell(&self, change: impl FnOnce(&mut Snapshot)) {
         change(&mut self.state().snapshot);
     }

@@ -5,29 +5,27 @@
 use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
-use arena::{
-    Arena,
-    scenario::{RobotSet, Scenario},
-};
+use arena::Arena;
 use arena_daemon::{
     engine::{self, Plan},
-    link::{self, Link, Trials},
     live::{self, About, Live, http::Endpoint},
     options::RunOptions,
     outputs::Outputs,
     progress::{self, Audience},
-    squad::{Hosting, Squad, lockstep::Lockstep, realtime::Realtime},
+    squad::{HostConfig, Squad, lockstep::Lockstep, realtime::Realtime},
     standstill,
     stop::StopFlag,
     summary::Summary,
+    supervisor_link::{self, Link, Trials},
     trace::{Traced, Tracer},
     trial,
 };
 use clap::Parser;
-use protocol::{
+use protocol::setup::Mode;
+use scenario::{RobotSet, Scenario};
+use transport::{
     control::Event,
     run_dir::{RunDir, RunName},
-    setup::Mode,
 };
 
 /// Play the world of a run: motion, infrared and lamps for robot-agents that join it
@@ -66,7 +64,7 @@ fn main() -> ExitCode {
     let survives = files::survive_size_limit();
     let (quiet, format) = (cli.run.quiet, cli.run.log_format());
     progress::init_log(quiet, format, progress::beside_live_line, !cli.supervised);
-    logbook::in_run(&cli.name);
+    logging::in_run(&cli.name);
     let outcome = survives.context("cannot handle signals").and_then(|()| run(&cli));
     let failure = match &outcome {
         Ok(Over::Run(summary)) => summary.trouble(),
@@ -74,8 +72,8 @@ fn main() -> ExitCode {
         Err(error) => Some(format!("{error:#}")),
     };
     match (cli.supervised, outcome) {
-        (true, Ok(Over::Run(summary))) => link::tell(&Event::Summary(summary.json())),
-        (true, Err(error)) => link::tell(&Event::Failed(format!("{error:#}"))),
+        (true, Ok(Over::Run(summary))) => supervisor_link::tell(&Event::Summary(summary.json())),
+        (true, Err(error)) => supervisor_link::tell(&Event::Failed(format!("{error:#}"))),
         (false, Ok(Over::Run(summary))) => print!("{}", summary.json()),
         (_, Ok(Over::Trials)) | (false, Err(_)) => {}
     }
@@ -83,14 +81,14 @@ fn main() -> ExitCode {
         // A supervisor says it in its own words.
         Some(_) if cli.supervised => ExitCode::FAILURE,
         Some(failure) => {
-            logbook::fatal(env!("CARGO_CRATE_NAME"), &failure);
+            logging::fatal(env!("CARGO_CRATE_NAME"), &failure);
             ExitCode::FAILURE
         }
         None => ExitCode::SUCCESS,
     }
 }
 
-/// What is over when this process ends.
+/// Result of this process.
 enum Over {
     Run(Box<Summary>),
     /// The records of all trials have been told.
@@ -119,13 +117,13 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let by_hand = cli.by_hand.clone();
     // Nobody reads what the agents of a batch take.
     let profile = !cli.run.no_profile && trials.is_none();
-    let mut hosting =
-        Hosting { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
+    let mut host =
+        HostConfig { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
     let over = match trials {
-        Some(trials) => play(scenario, &trials, hosting, &stop).map(|()| Over::Trials),
+        Some(trials) => play(scenario, &trials, host, &stop).map(|()| Over::Trials),
         None => {
-            hosting.live = Some(watchable(cli, &scenario, &run, endpoint)?);
-            one_run(cli, &scenario, hosting, &stop).map(|summary| Over::Run(Box::new(summary)))
+            host.live = Some(watchable(cli, &scenario, &run, endpoint)?);
+            one_run(cli, &scenario, host, &stop).map(|summary| Over::Run(Box::new(summary)))
         }
     };
     drop(alive);
@@ -156,15 +154,15 @@ fn watchable(
     Ok(live)
 }
 
-fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<Summary> {
+fn one_run(cli: &Cli, scenario: &Scenario, host: HostConfig, stop: &StopFlag) -> anyhow::Result<Summary> {
     let mut arena = Arena::new(scenario)?;
     let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
     let mode = cli.run.mode();
     let tracer = Tracer::begin(&cli.run.trace, scenario, mode).inspect_err(|_| outputs.take_back())?;
-    let hosting = Hosting { tracer: tracer.clone(), ..hosting };
+    let host = HostConfig { tracer: tracer.clone(), ..host };
     let mut squad: Box<dyn Squad> = match mode {
-        Mode::Lockstep => Box::new(Lockstep::open(scenario, hosting, stop.clone())?),
-        Mode::Realtime => Box::new(Realtime::open(scenario, hosting)?),
+        Mode::Lockstep => Box::new(Lockstep::open(scenario, host, stop.clone())?),
+        Mode::Realtime => Box::new(Realtime::open(scenario, host)?),
     };
     if tracer.is_on() {
         squad = Box::new(Traced::new(squad, tracer.clone()));
@@ -187,12 +185,14 @@ fn one_run(cli: &Cli, scenario: &Scenario, hosting: Hosting, stop: &StopFlag) ->
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
 /// there are no more, or the squad can no longer be used.
-fn play(scenario: Scenario, trials: &Trials, hosting: Hosting, stop: &StopFlag) -> anyhow::Result<()> {
-    let mut squad = Lockstep::open(&scenario, hosting, stop.clone())?;
+fn play(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
+    let mut squad = Lockstep::open(&scenario, host, stop.clone())?;
     let mut next = Some(scenario);
     while let Some(scenario) = next {
         let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
-        link::tell(&Event::Summary(serde_json::to_string(&record).context("a record is plain data")?));
+        supervisor_link::tell(&Event::Summary(
+            serde_json::to_string(&record).context("a record is plain data")?,
+        ));
         let text = if record.squad_is_whole { trials.next() } else { None };
         next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
     }

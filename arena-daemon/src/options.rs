@@ -1,17 +1,17 @@
-//! What the command line says about a scenario and a run of it, shared by the programs and their subcommands.
+//! Command-line options of a scenario and a run of it, shared by the programs and their subcommands.
 
 use std::{
     ffi::OsString,
     path::{Path, PathBuf},
 };
 
-use arena::scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use logbook::Format;
+use logging::Format;
 use protocol::setup::Mode;
+use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 
 use crate::{
     live::http::MetricsAddr,

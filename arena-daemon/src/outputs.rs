@@ -1,4 +1,4 @@
-//! What a run leaves on disk (`--out DIR`).
+//! Files that a run leaves on disk (`--out DIR`).
 //!
 //! `scenario.toml` comes first and marks the folder as used, `metrics.csv` (and `poses.csv`, where the
 //! scenario asks for it) grow with the run, and `summary.json`, `robots.csv`, `ledger.csv` and `latency.hlog` are
@@ -15,16 +15,17 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use arena::{Arena, metrics::Metrics, scenario::Scenario};
+use arena::{Arena, metrics::Metrics};
 use files::{Lines, Reserve, WriteError};
 use protocol::command::Command;
+use scenario::Scenario;
 use serde::Serialize;
 
 use self::robot_row::RobotRow;
 use crate::{
     profile::{Columns, Profile},
     progress::Status,
-    squad::Standing,
+    squad::RobotStatus,
     summary::Summary,
 };
 
@@ -159,7 +160,7 @@ impl Outputs {
         self,
         summary: &mut Summary,
         arena: &Arena,
-        standings: &[Standing],
+        robot_statuses: &[RobotStatus],
         answers: &[Option<Command>],
         profile: Option<&Profile>,
     ) {
@@ -168,7 +169,7 @@ impl Outputs {
         drop(reserve);
         let path = folder.join(SUMMARY);
         let first = files::replace(&path, summary.json());
-        let known = standings.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
+        let known = robot_statuses.iter().zip(answers).zip(arena.poses()).zip(arena.heard()).enumerate();
         let robots = known.map(|(index, (((standing, answer), pose), heard))| {
             let columns = profile.map(|profile| Columns::of(profile, index)).unwrap_or_default();
             RobotRow::new(standing, answer.as_ref(), pose, *heard, &columns)

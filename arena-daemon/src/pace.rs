@@ -13,7 +13,7 @@ use crate::standstill::Moment;
 /// robots on their own timers could not follow a burst of ticks.
 pub const CATCH_UP_MAX: Duration = Duration::from_millis(500);
 
-/// What happens in real time when the machine cannot keep up.
+/// Behavior in real time when the machine cannot keep up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[value(rename_all = "kebab-case")]
@@ -92,7 +92,7 @@ impl Pace {
         self.lag.lost_s += time.as_secs_f64();
     }
 
-    /// What is done about delays.
+    /// Returns what is done about delays.
     pub fn overload(&self) -> Overload {
         self.overload
     }

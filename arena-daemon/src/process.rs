@@ -1,4 +1,4 @@
-//! What the operating system tells of a process, from `/proc/PID/stat`.
+//! State of a process as the operating system tells it, from `/proc/PID/stat`.
 
 use std::{fmt, fs};
 
@@ -9,7 +9,7 @@ pub struct Process {
     start_time: u64,
 }
 
-/// What a process is doing.
+/// State of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// On a processor, or ready for one.
@@ -47,7 +47,7 @@ impl Process {
         self.pid
     }
 
-    /// What it is doing now.
+    /// Returns its state now.
     pub fn state(&self) -> State {
         match stat(self.pid) {
             Some((state, start_time)) if start_time == self.start_time => state,

@@ -1,7 +1,7 @@
-//! What agents take: each stage of their cycles, their packets' way through the transport, and what the
+//! Profile of the agents: each stage of their cycles, their packets' way through the transport, and what the
 //! operating system counts of their processes.
 //!
-//! In:  stamps in the agents' commands ([`protocol::raw::RawTimes`]), the arena's own, and `/proc`.
+//! In:  stamps in the agents' commands ([`transport::raw::RawTimes`]), the arena's own, and `/proc`.
 //! Out: a [`Profile`], with histograms per robot; as columns, an object of the summary, and an interval log.
 //!
 //! Nothing of it reaches arena or agents: a run goes the same way whether it is measured or not.
@@ -26,8 +26,9 @@ use std::{
 };
 
 use files::WriteError;
-use protocol::{cycles::Source, setup::Mode};
+use protocol::setup::Mode;
 use serde::Serialize;
+use transport::clock::Source;
 
 pub use columns::Columns;
 pub use counters::Counted;
@@ -39,7 +40,7 @@ pub use totals::{Processes, StagesUs, Totals};
 pub use usage::Usage;
 pub use window::{Quantiles, Window};
 
-/// What the agents of a run took.
+/// Measurements of the agents of a run.
 #[derive(Debug)]
 pub struct Profile {
     /// The clock they were measured by.
@@ -56,7 +57,7 @@ pub struct Profile {
     pub robots: Vec<RobotProfile>,
     /// Cycles that were left out: their stamps made no sense, or in real time the answer came several cycles late.
     pub cycles_left_out: u64,
-    /// Packets handed out whose way to the arena is not known, so that their latency is not: first words,
+    /// Packets handed out whose way to the arena is not known, so that their latency is not: first packets,
     /// packets that a fault delayed by several cycles, and those in a false name.
     pub packets_unknown: u64,
 }
@@ -64,26 +65,26 @@ pub struct Profile {
 /// The clock that agents were measured by.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockUsed {
-    /// What it counts by.
+    /// Source of its counts.
     pub source: Source,
     /// How often per microsecond.
     pub mhz: f64,
 }
 
-/// What the agent of one robot took, over all its lives.
+/// Measurements of one robot's agent, over all its lives.
 #[derive(Debug)]
 pub struct RobotProfile {
     /// Of everything that is measured by the clock.
     pub histograms: Histograms,
     /// Whole cycles measured.
     pub cycles: u64,
-    /// What the clock counted in them.
+    /// Counts of the clock in them.
     pub counts: u64,
     /// In real time: timer periods that went by without a cycle.
     pub missed_deadlines: u64,
-    /// What the process of its present life has used, if it was there at the end.
+    /// Resources that the process of its present life has used, if it was there at the end.
     pub usage: Option<Usage>,
-    /// What the processor counted of it, where it does and its life began with the run.
+    /// Processor counters of that process, where there are any and its life began with the run.
     pub counted: Option<Counted>,
 }
 

@@ -8,11 +8,11 @@ use std::{
 
 use arena::metrics::EstimatedErrors;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use logbook::{Format, Settings, Sink};
-use protocol::control::Event;
+use logging::{Format, Settings, Sink};
 use tracing::level_filters::LevelFilter;
+use transport::control::Event;
 
-use crate::link;
+use crate::supervisor_link;
 
 /// Time between plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -37,12 +37,12 @@ pub struct Status {
     pub present: usize,
 }
 
-/// Who is to see how a run goes on.
+/// Destination of progress reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Audience {
-    /// Nobody.
+    /// None.
     Nobody,
-    /// Whoever reads standard error.
+    /// Standard error, for a person.
     StandardError,
     /// The supervisor, which has the terminal.
     Supervisor,
@@ -81,7 +81,11 @@ impl Progress {
             Display::Meter(meter) => meter.show(status.tick, text),
             Display::Told { ticks, last } if last.elapsed() >= LIVE_EVERY => {
                 *last = Instant::now();
-                link::tell(&Event::Progress { position: status.tick, total: *ticks, text: text() });
+                supervisor_link::tell(&Event::Progress {
+                    position: status.tick,
+                    total: *ticks,
+                    text: text(),
+                });
             }
             Display::Told { .. } => {}
         }
@@ -167,7 +171,7 @@ fn live_line(total: Option<u64>) -> ProgressBar {
 
 /// Begins to log, to `sink`. `RUST_LOG` overrides the default level.
 pub fn init_log(quiet: bool, format: Format, sink: Sink, complains: bool) {
-    logbook::begin(Settings {
+    logging::begin(Settings {
         format,
         level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO },
         robot: None,

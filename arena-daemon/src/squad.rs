@@ -2,15 +2,15 @@
 
 pub mod in_process;
 pub mod lockstep;
-mod members;
 pub mod realtime;
+mod roster;
 mod watching;
 
-pub use members::Hosting;
+pub use roster::HostConfig;
 
 use std::{sync::Arc, thread, time::Instant};
 
-use arena::fault::Strike;
+use arena::fault::ProcessFault;
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
@@ -19,7 +19,7 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    live::{Live, Survey},
+    live::{Live, SquadStatus},
     profile::Profile,
     stop::StopFlag,
 };
@@ -27,17 +27,22 @@ use crate::{
 /// One entry per robot: its command, or `None` while its agent is silent.
 pub type Answers = Vec<Option<Command>>;
 
-/// The minds of a run, wherever they are.
+/// The agents of a run, wherever they are.
 pub trait Squad {
-    /// Waits until every robot is there and returns what they do at first: stand still and say
-    /// who they are. May return early, with robots missing, once `stop` is raised.
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
+    /// Waits until every robot is there and returns the first commands: stand still and send
+    /// a first packet. May return early, with robots missing, once `stop` is raised.
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError>;
 
-    /// Does to agents what the fault plan says for `tick`, the tick to come. Who is killed or paused
-    /// is silent at once and gets no percepts; who goes on takes part again from the next exchange
-    /// on; who is restarted begins a new life, whose first command is in `answers` as soon as it
+    /// Applies to agents what the fault plan says for `tick`, the tick to come. A robot killed or paused
+    /// is silent at once and gets no percepts; one resumed takes part again from the next exchange
+    /// on; one restarted begins a new life, whose first command is in `answers` as soon as it
     /// has come. Robots that are left out stay so.
-    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError>;
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError>;
 
     /// Robots that are left out for good, though nobody planned it.
     fn left_out(&self) -> Vec<u32> {
@@ -48,40 +53,40 @@ pub trait Squad {
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError>;
 
     /// Waits until `due`, and takes in what comes meanwhile if that is of interest.
-    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
+    fn poll_until(&mut self, due: Instant) -> Result<(), SquadError> {
         thread::sleep(due.saturating_duration_since(Instant::now()));
         Ok(())
     }
 
-    /// What its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
+    /// Returns what its agents took until now; `None` if nobody measured. Asked once, before they are dismissed.
     fn profile(&mut self) -> Option<Profile> {
         None
     }
 
-    /// Where those are told who watch the run; `None` if nobody can.
+    /// Returns the live state, for those who watch the run; `None` if nobody can.
     fn live(&self) -> Option<Arc<Live>> {
         None
     }
 
-    /// How its robots are, for those who watch the run. What they take is measured from now on if it is `watched`, and
+    /// Returns the status of its robots. What they take is measured from now on if the run is `watched`, and
     /// no longer if not.
-    fn survey(&mut self, watched: bool) -> Survey;
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus;
 
-    /// Ends every mind.
+    /// Ends every agent.
     fn dismiss(&mut self);
 
-    /// What has become of each robot.
-    fn standings(&self) -> Vec<Standing>;
+    /// Returns the status of each robot.
+    fn robot_statuses(&self) -> Vec<RobotStatus>;
 
-    /// What went wrong without being planned, in order.
+    /// Returns what went wrong without being planned, in order.
     fn incidents(&self) -> &[Incident] {
         &[]
     }
 }
 
-/// What has become of one robot's agent.
+/// Status of one robot's agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct RobotStatus {
     /// The robot and its present life.
     pub id: RobotId,
     /// Process of its agent, if it has one.
@@ -101,7 +106,7 @@ pub struct Incident {
     pub robot: u32,
     /// The tick it happened in.
     pub tick: u64,
-    /// What happened and what was done about it.
+    /// The event and what was done about it.
     pub what: String,
 }
 
@@ -110,8 +115,8 @@ pub struct Incident {
 #[error("{0}")]
 pub struct SquadError(pub String);
 
-impl From<protocol::services::ServiceError> for SquadError {
-    fn from(error: protocol::services::ServiceError) -> Self {
+impl From<transport::services::ServiceError> for SquadError {
+    fn from(error: transport::services::ServiceError) -> Self {
         Self(error.to_string())
     }
 }

@@ -1,4 +1,4 @@
-//! Standing still as a whole when Ctrl-Z asks for it, and time that stands still meanwhile.
+//! RobotStatus still as a whole when Ctrl-Z asks for it, and time that stands still meanwhile.
 //!
 //! A terminal stops a job by signals that reach its own process group alone. They are caught: what belongs to
 //! this process is stopped first, then this process stops itself; once it is continued, so are the others. No

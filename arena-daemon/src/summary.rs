@@ -5,10 +5,10 @@ use arena::{
     fault::ledger::Line,
     metrics::Metrics,
     recovery::Recovered,
-    scenario::Scenario,
 };
 use hdrhistogram::Histogram;
 use protocol::setup::Mode;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use crate::{pace::Lag, profile::Totals, squad::Incident};
@@ -65,7 +65,7 @@ pub struct Fault {
 pub struct Delivered {
     /// Share that got through.
     pub share: f64,
-    /// What the closed form of the access scheme gives for the same crowd, where one is known.
+    /// Share by the closed form of the access scheme for the same crowd, where one is known.
     pub predicted: Option<f64>,
     /// The same by number of disturbers, if the scenario asks for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -81,12 +81,12 @@ pub struct DeliveredRow {
     pub packets: u64,
     /// Share that got through.
     pub share: f64,
-    /// What the closed form gives.
+    /// Share by the closed form.
     pub predicted: Option<f64>,
 }
 
 impl Delivered {
-    /// What a channel has counted; `None` if nothing.
+    /// Returns what a channel has counted; `None` if nothing.
     pub fn of(crowding: &Crowding, scenario: &Scenario) -> Option<Self> {
         let row = |(disturbers, packets, through)| DeliveredRow {
             disturbers,
@@ -159,7 +159,7 @@ pub struct Summary {
     pub tick_us: Option<TickTimes>,
     /// In real time, how it went with the wall clock; else `null`.
     pub lag: Option<Lag>,
-    /// What the agents took; `null` if nobody measured, as in process.
+    /// Measurements of the agents; `null` if nobody measured, as in process.
     pub agents: Option<Totals>,
     /// Results that could not be written whole, and why. Those that fail after `summary.json` are in it only if there
     /// was room to write it again.

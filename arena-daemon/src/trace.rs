@@ -1,4 +1,4 @@
-//! What happens when in a run, as a trace (`--trace FILE`) that viewers open: `ui.perfetto.dev`, `chrome://tracing`.
+//! Trace of a run (`--trace FILE`): what happens when, for viewers such as `ui.perfetto.dev` or `chrome://tracing`.
 //!
 //! In:  the cycles that a [`Recorder`](crate::profile::Recorder) has checked, what is handed out and answered, what the
 //!      arena does, the fault plan and its ledger, incidents.
@@ -18,9 +18,10 @@ mod squad;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
-use arena::{Arena, scenario::Scenario};
+use arena::Arena;
 use files::WriteError;
 use protocol::setup::Mode;
+use scenario::Scenario;
 use serde_json::{Map, json};
 
 pub use options::{TraceError, TraceOptions};
@@ -30,7 +31,7 @@ use bound::{Bound, about_left_out};
 use file::TraceFile;
 use recording::Recording;
 
-/// Who is told what happens in a run, by all who know a part of it; or nobody.
+/// Shared handle to the recording of a trace; empty without a trace.
 #[derive(Clone, Debug, Default)]
 pub struct Tracer(Option<Arc<Mutex<Recording>>>);
 

@@ -7,9 +7,9 @@ use anyhow::Context;
 use arena::{
     Arena,
     metrics::{EstimatedErrors, Metrics},
-    scenario::Scenario,
 };
 use protocol::{command::Command, setup::Mode};
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
     outputs::Outputs,
     pace::Overload,
     progress::Audience,
-    squad::{Incident, Squad, Standing},
+    squad::{Incident, RobotStatus, Squad},
     stop::StopFlag,
     summary::Ending,
 };
@@ -28,7 +28,7 @@ pub const TOLERANCES_M: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// For each of [`TOLERANCES_M`] the first time, in seconds, at which an error was below it.
 pub type FirstBelow = [Option<f64>; TOLERANCES_M.len()];
 
-/// What a trial came to.
+/// Result of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// How it ended.
@@ -107,8 +107,8 @@ pub fn play(
         mean_m: summary.end.mean_error_m,
         max_m: summary.end.max_error_m,
     };
-    let standings = squad.standings();
-    let places = start.into_iter().zip(positions(&arena)).zip(&standings);
+    let robot_statuses = squad.robot_statuses();
+    let places = start.into_iter().zip(positions(&arena)).zip(&robot_statuses);
     Ok(Record {
         ended: summary.ended,
         failure: summary.failure,
@@ -122,12 +122,12 @@ pub fn play(
         places: places
             .map(|((start_m, end_m), standing)| Place { start_m, end_m, alive: standing.alive })
             .collect(),
-        squad_is_whole: summary.incidents.is_empty() && standings.iter().all(is_fresh),
+        squad_is_whole: summary.incidents.is_empty() && robot_statuses.iter().all(is_fresh),
         incidents: summary.incidents,
     })
 }
 
-fn is_fresh(standing: &Standing) -> bool {
+fn is_fresh(standing: &RobotStatus) -> bool {
     standing.alive && !standing.paused && standing.id.incarnation == 0
 }
 
@@ -186,13 +186,14 @@ mod tests {
 
     use super::*;
     use crate::squad::in_process::InProcess;
+    use coverage::CoverageController;
 
     fn record(overrides: &[&str]) -> Record {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<_> = overrides.iter().map(|entry| entry.parse().unwrap()).collect();
         let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &overrides).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut squad = InProcess::new(scenario.robot_count(), setup);
+        let mut squad = InProcess::new(scenario.robot_count(), |id| CoverageController::new(id, setup));
         play(&scenario, &mut squad, "in-process", &StopFlag::default()).unwrap()
     }
 

@@ -8,10 +8,11 @@
 
 use std::{f64::consts::TAU, hint::black_box};
 
-use coverage::Controller;
+use coverage::CoverageController;
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use protocol::{
     command::Command,
+    controller::Controller,
     frame::BodyVector,
     packet::Packet,
     percept::{Delivery, Light, Percept, Stimulus},
@@ -22,15 +23,15 @@ use protocol::{
 
 /// Robot 0 and what it perceives next.
 struct Robot {
-    controller: Controller,
+    controller: CoverageController,
     percept: Percept,
 }
 
 /// A robot that has heard its neighbors at tick 0 and is about to hear them at tick 1. Boxed, so
 /// that no copy of it is counted.
 fn robot_among(neighbors: u32) -> Box<Robot> {
-    let mut controller = Controller::new(RobotId::first(0), setup());
-    black_box(controller.step(&percept(0, neighbors)));
+    let mut controller = CoverageController::new(RobotId::first(0), setup());
+    black_box(controller.step(&percept(0, neighbors), &mut ()));
     Box::new(Robot { controller, percept: percept(1, neighbors) })
 }
 
@@ -39,7 +40,7 @@ fn robot_among(neighbors: u32) -> Box<Robot> {
 #[bench::eight_neighbors(robot_among(8))]
 #[bench::sixteen_neighbors(robot_among(16))]
 fn control_step(mut robot: Box<Robot>) -> (Command, Box<Robot>) {
-    let command = robot.controller.step(black_box(&robot.percept));
+    let command = robot.controller.step(black_box(&robot.percept), &mut ());
     (black_box(command), robot)
 }
 

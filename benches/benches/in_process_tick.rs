@@ -9,20 +9,21 @@
 
 use std::{hint::black_box, path::Path};
 
-use arena::{Arena, scenario::Scenario};
-use coverage::Controller;
+use arena::Arena;
+use coverage::CoverageController;
 use gungraun::{library_benchmark, library_benchmark_group, main};
-use protocol::{command::Command, robot_id::RobotId, setup::Mode};
+use protocol::{command::Command, controller::Controller, robot_id::RobotId, setup::Mode};
+use scenario::Scenario;
 
 /// Ticks before those that are counted: the tables are full and memory has been touched.
 const TICKS_BEFORE: usize = 5;
 /// Ticks that are counted.
 const TICKS_COUNTED: usize = 20;
 
-/// An arena, the minds in it, and what they have answered last.
+/// An arena, the controllers in it, and their last answers.
 struct Swarm {
     arena: Arena,
-    controllers: Vec<Controller>,
+    controllers: Vec<CoverageController>,
     answers: Vec<Option<Command>>,
 }
 
@@ -33,7 +34,7 @@ impl Swarm {
         for ((controller, percept), answer) in
             self.controllers.iter_mut().zip(percepts).zip(&mut self.answers)
         {
-            *answer = Some(controller.step(percept));
+            *answer = Some(controller.step(percept, &mut ()));
         }
     }
 }
@@ -45,7 +46,7 @@ fn swarm_of(robots: u32) -> Box<Swarm> {
         .unwrap_or_else(|error| panic!("{error}"));
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
     let mut controllers: Vec<_> =
-        (0..robots).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+        (0..robots).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
     let answers = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
     let arena = Arena::new(&scenario).expect("robots without a radius find room");
     let mut swarm = Box::new(Swarm { arena, controllers, answers });

@@ -12,10 +12,10 @@ use crate::{
     results::{Round, Size},
 };
 
-/// What is to be measured, and how often.
+/// Measurements to make, and how often.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    /// Who, in this order.
+    /// Peers, in this order.
     pub(crate) peers: Vec<Peer>,
     /// Swarm sizes.
     pub(crate) robots: Vec<u32>,

@@ -18,7 +18,7 @@ use crate::{
 const LABEL_ROOM: f64 = 0.38;
 /// How far a label stands from where its line would arrive, in widths of what is drawn.
 const LABEL_GAP: f64 = 0.02;
-/// What keeps two labels apart, in heights of the plot: a line of text in some 270 units.
+/// Distance that keeps two labels apart, in heights of the plot: a line of text in some 270 units.
 const LINE: f64 = 0.05;
 
 /// One peer's line.

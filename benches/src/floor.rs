@@ -62,7 +62,7 @@ pub(crate) fn median_tick(floor: &mut dyn Floor, ticks: u32, stop: &StopFlag) ->
     Ok(times[times.len() / 2])
 }
 
-/// What an agent gets at tick `number`, where it comes as bytes.
+/// Bytes that an agent gets at tick `number`.
 fn grant(number: u64) -> [u8; GRANT_BYTES] {
     let mut grant = [0; GRANT_BYTES];
     grant.chunks_exact_mut(8).for_each(|word| word.copy_from_slice(&number.to_le_bytes()));

@@ -25,7 +25,7 @@ const TICKS_PER_S: f64 = 10.0;
 /// How often we look whether a run has ended.
 const RUN_POLL: Duration = Duration::from_millis(20);
 
-/// Who thinks for the robots.
+/// Engine that runs the robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Engine {
     /// A process per robot, in lock-step.
@@ -44,7 +44,7 @@ impl Engine {
     }
 }
 
-/// What we read of a `summary.json`.
+/// The parts of a `summary.json` that we read.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Summary {
     robots: u32,

@@ -22,7 +22,7 @@ pub(crate) fn raise_open_files() -> io::Result<()> {
     Ok(setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit })?)
 }
 
-/// What is ours alone on this machine is called so, or begins so: runs, files, addresses.
+/// Name, or its beginning, of all that is ours alone on this machine: runs, files, addresses.
 pub(crate) fn our_name() -> String {
     format!("tick-cost-{}", process::id())
 }

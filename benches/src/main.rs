@@ -1,4 +1,4 @@
-//! What a tick costs: our lock-step tick and our in-process tick beside the bare mechanisms.
+//! Costs of a tick: our lock-step tick and our in-process tick beside the bare mechanisms.
 //!
 //! All are measured in turn, round by round, so that what else the machine does falls on all of
 //! them alike. Progress goes to standard error, the result (Markdown) to standard output.
@@ -52,7 +52,7 @@ struct Cli {
 
 #[derive(Args, Debug)]
 struct BenchArgs {
-    /// Who is measured [default: all that this build can measure]
+    /// Peers to measure [default: all that this build can measure]
     #[arg(long, value_name = "PEER,PEER,..", value_delimiter = ',', value_enum)]
     peers: Vec<Peer>,
 
@@ -176,8 +176,8 @@ fn ended(stop: &StopFlag, what: &str) -> ExitCode {
     exit_status(signal).into()
 }
 
-/// Who is measured, in the order of the columns, and who is not although nobody said so, with the reason. Somebody who
-/// is named but cannot be measured is an error.
+/// Returns the peers to measure, in the order of the columns, and lines about those left out although nobody said so,
+/// with the reason. A peer that is named but cannot be measured is an error.
 fn chosen(named: &[Peer]) -> anyhow::Result<(Vec<Peer>, Vec<String>)> {
     let all = named.is_empty();
     let (mut peers, mut left_out) = (Vec::new(), Vec::new());

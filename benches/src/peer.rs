@@ -1,4 +1,4 @@
-//! Who is measured.
+//! The peers that are measured.
 
 use anyhow::bail;
 use clap::ValueEnum;

@@ -1,4 +1,4 @@
-//! What was measured, and as CSV.
+//! Results of the measurements, and as CSV.
 
 use std::{collections::BTreeMap, io};
 
@@ -18,7 +18,7 @@ pub(crate) struct Round {
 pub(crate) struct Size {
     pub(crate) robots: u32,
     pub(crate) rounds: Vec<Round>,
-    /// Who could not be measured, and why.
+    /// Peers that could not be measured, and why.
     pub(crate) missing: BTreeMap<Peer, String>,
 }
 

@@ -45,7 +45,7 @@ fn times(sizes: &[Size], peers: &[Peer]) -> String {
     )
 }
 
-/// Who is divided by whom.
+/// Pairs of a peer and the one that it is divided by.
 fn ratio_columns(peers: &[Peer]) -> Vec<(Peer, Peer)> {
     let has = |peer| peers.contains(&peer);
     let over_floor = peers.iter().filter(|&&peer| peer != Peer::Futex && has(Peer::Futex));

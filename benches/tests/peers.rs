@@ -16,9 +16,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::run_dir::RunDir;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
+use transport::run_dir::RunDir;
 
 /// Starting three processes takes far less.
 const SOON: Duration = Duration::from_secs(20);
@@ -70,7 +70,7 @@ impl Bench {
         after.is_some_and(|after| !after.starts_with(|next: char| next.is_ascii_digit()))
     }
 
-    /// What everything of it is called, or begins with.
+    /// Name of everything of it, or its beginning.
     fn name(&self) -> String {
         format!("tick-cost-{}", self.child.id())
     }

@@ -1,13 +1,13 @@
 //! `lamplight batch`: many trials of a scenario, so that a figure is a distribution and not an anecdote.
 //!
 //! ```text
-//! plan (what) -> crew (by whom) -> folder (kept in order) -> summary (statistics)
+//! plan (what) -> workers (by whom) -> folder (kept in order) -> summary (statistics)
 //! ```
 
-mod crew;
 mod folder;
 mod plan;
 mod summary;
+mod workers;
 
 use std::{
     path::PathBuf,
@@ -16,20 +16,20 @@ use std::{
 };
 
 use anyhow::anyhow;
-use arena::scenario::Seed;
 use arena_daemon::{progress::Meter, stop::exit_status};
 use clap::{Args, ValueEnum};
-use logbook::Format;
+use logging::Format;
+use scenario::Seed;
 use serde::{Deserialize, Serialize};
 
 use self::{
-    crew::{Crew, named},
     folder::{Done, Folder},
     plan::Plan,
+    workers::{Workers, named},
 };
-use crate::{failure::Failure, log, run::Engine, say::say};
+use crate::{failure::Failure, log, run::Engine, stdout::say};
 
-/// What can be kept of every trial beside its row.
+/// Tables that can be kept of every trial beside its row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Keep {
@@ -69,7 +69,7 @@ pub(crate) struct BatchArgs {
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
 
-    /// Who thinks for the robots: with processes, the same ones play trial after trial
+    /// Engine that runs the robots: with processes, the same ones play trial after trial
     #[arg(long, value_enum, default_value_t = Engine::InProcess)]
     engine: Engine,
 
@@ -101,8 +101,8 @@ pub(crate) struct BatchArgs {
 pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
-    log::warn_of(&plan.cautions());
-    let crew = Crew::new(args, &plan)?;
+    log::warn_of(&plan.warnings());
+    let workers = Workers::new(args, &plan)?;
     let (mut folder, missing) = Folder::open(&args.out, &plan)?;
     let total = plan.len();
     if folder.done() > 0 {
@@ -111,7 +111,7 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
     let mut outlook = Outlook::new(&plan, &missing);
     let mut meter = Meter::begin(Some(total as u64), args.quiet);
     let mut lost = Vec::new();
-    let signal = crew.play(&plan, &missing, &mut |index, done| {
+    let signal = workers.play(&plan, &missing, &mut |index, done| {
         let trial = plan.trial(index);
         folder.add(&trial, &done)?;
         if let Done::LostAgents = done {

@@ -2,11 +2,12 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use arena::{Arena, caution::cautions, scenario::Scenario};
+use arena::{Arena, plan_warnings::warnings};
 use clap::Args;
-use logbook::Format;
+use logging::Format;
+use scenario::Scenario;
 
-use crate::{failure::Failure, log, say::say};
+use crate::{failure::Failure, log, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
@@ -18,7 +19,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
     log::begin(false, Format::Text);
-    log::warn_of(&cautions(&scenario, arena.poses()));
+    log::warn_of(&warnings(&scenario, arena.poses()));
     say(&format!(
         "{}: sound: {} robots, {} ticks of {} s, {} faults\n",
         args.scenario.display(),

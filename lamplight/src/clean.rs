@@ -3,13 +3,13 @@
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use logbook::Format;
-use protocol::{
+use logging::Format;
+use transport::{
     owner::Owner,
     run_dir::{Cleared, RunDir, RunName},
 };
 
-use crate::{failure::Failure, log, say::say};
+use crate::{failure::Failure, log, stdout::say};
 
 /// Runs of others that are named.
 const NAMED_MAX: usize = 10;

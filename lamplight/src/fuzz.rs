@@ -1,8 +1,8 @@
 //! `lamplight fuzz`: random fault plans, and what must hold whatever they do.
 
+mod cross_engine;
 mod invariants;
 mod plan;
-mod twin;
 
 use std::{
     fs,
@@ -12,10 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::{
-    caution::cautions,
-    scenario::{Positive, SEED_MAX, Scenario, Seed},
-};
+use arena::plan_warnings::warnings;
 use arena_daemon::{
     options::ScenarioOptions,
     progress::Meter,
@@ -24,20 +21,21 @@ use arena_daemon::{
 };
 use clap::{Args, ValueEnum};
 use files::WriteError;
-use logbook::Format;
+use logging::Format;
+use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde_json::{Value, json};
 
-use self::{invariants::Watcher, twin::Workshop};
+use self::{cross_engine::Workshop, invariants::Watcher};
 use protocol::setup::Mode;
 
-use crate::{failure::Failure, in_process, limits, log, name, say::say};
+use crate::{failure::Failure, in_process, limits, log, name, stdout::say};
 
 /// Longest run, in seconds of virtual time, that nobody asked for.
 const DURATION_MAX_S: f64 = 20.0;
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
 
-/// What each scenario is run by.
+/// Engines that run each scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Engines {
     /// In this process and as a process per robot: both must agree
@@ -56,7 +54,7 @@ pub(crate) struct FuzzArgs {
     #[arg(long, value_name = "K", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
 
-    /// What each scenario is run by
+    /// Engines that run each scenario
     #[arg(long, value_enum, default_value_t)]
     engine: Engines,
 
@@ -73,7 +71,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
     // It has no faults, whose robots would have to be somewhere.
-    log::warn_of(&cautions(&base, &[]));
+    log::warn_of(&warnings(&base, &[]));
     if args.engine == Engines::Both {
         limits::prepare(base.robot_count(), base.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
     }
@@ -174,16 +172,16 @@ fn check(
         Err(what) => return Ok(Some(what)),
     };
     let Some(workshop) = workshop else { return Ok(None) };
-    let mut twin = workshop.run(&text, scenario.seed, stop)?;
+    let mut processes = workshop.run(&text, scenario.seed, stop)?;
     if let Some(why) =
-        twin.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
+        processes.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
     {
         // Killed by hand, or by the system where memory is short. What is our own fault shows again.
         tracing::warn!("seed {} is repeated: {why}", scenario.seed);
         *repeated += 1;
-        twin = workshop.run(&text, scenario.seed, stop)?;
+        processes = workshop.run(&text, scenario.seed, stop)?;
     }
-    Ok(twin.and_then(|twin| agree(&summary, &twin)).err())
+    Ok(processes.and_then(|processes| agree(&summary, &processes)).err())
 }
 
 /// Runs a scenario in this process; the error says what does not hold.
@@ -204,20 +202,20 @@ fn lost(summary: &Value) -> Option<String> {
 }
 
 /// Do both engines say the same, and the processes nothing that was not planned?
-fn agree(summary: &Summary, twin: &Value) -> Result<(), String> {
+fn agree(summary: &Summary, processes: &Value) -> Result<(), String> {
     let ours = serde_json::to_value(summary).expect("a summary is plain data");
     let same = ["digest", "packets", "robots_alive", "faults"].map(|key| (key, &ours[key]));
     let (none, zero) = (json!([]), json!(0));
     let quiet = [("incidents", &none), ("commands_refused", &zero), ("contacts_unsolved", &zero)];
     for (key, expected) in same.into_iter().chain(quiet) {
-        if twin[key] != *expected {
-            return Err(format!("as processes, {key} is {}, not {expected}", twin[key]));
+        if processes[key] != *expected {
+            return Err(format!("as processes, {key} is {}, not {expected}", processes[key]));
         }
     }
     Ok(())
 }
 
-/// What a failed run says: what broke, how to repeat it, and where its scenario is.
+/// Report of a failed run: what broke, how to repeat it, and where its scenario is.
 fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
     let mut text =
         format!("seed {} failed: {what}\n  repeat: {}\n", scenario.seed, replay(args, scenario.seed));

@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::bail;
-use arena::{Arena, scenario::Scenario};
+use arena::Arena;
 use arena_daemon::{
     engine::{self, Observer, Plan},
     live::Live,
@@ -18,7 +18,9 @@ use arena_daemon::{
     summary::Summary,
     trial::{self, Record},
 };
-use protocol::setup::Mode;
+use coverage::CoverageController;
+use protocol::{robot_id::RobotId, setup::Mode};
+use scenario::Scenario;
 
 /// How a run goes by.
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +29,11 @@ pub(crate) struct Pace {
     pub(crate) speed: Option<f64>,
     /// Whether the arena may use all cores.
     pub(crate) shares: bool,
-    /// Who sees how it goes on.
+    /// Destination of progress reports.
     pub(crate) audience: Audience,
 }
 
-/// Runs `scenario`, whose start `arena` is, to its end in this process, watched by whom `live` is handed out to.
+/// Runs `scenario`, whose start `arena` is, to its end in this process, with `live` for those who watch.
 pub(crate) fn run(
     scenario: &Scenario,
     arena: &mut Arena,
@@ -42,13 +44,12 @@ pub(crate) fn run(
     live: Option<Arc<Live>>,
 ) -> Summary {
     let mode = Mode::Lockstep;
-    let squad = InProcess::new(scenario.robot_count(), scenario.agent_setup(mode).controller);
-    let mut squad = squad.watched(live);
+    let mut squad = squad(scenario).watched(live);
     let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, audience };
     engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
 }
 
-/// The same as fast as it can, without a word and without outputs: one run of many. A panic ends this run alone.
+/// The same as fast as it can, silently and without outputs: one run of many. A panic ends this run alone.
 pub(crate) fn run_quietly(
     scenario: &Scenario,
     stop: &StopFlag,
@@ -63,11 +64,13 @@ pub(crate) fn run_quietly(
 
 /// Plays one trial of a batch. A panic ends this trial alone.
 pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Record> {
-    guarded(|| {
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut squad = InProcess::new(scenario.robot_count(), setup);
-        trial::play(scenario, &mut squad, "in-process", stop)
-    })
+    guarded(|| trial::play(scenario, &mut squad(scenario), "in-process", stop))
+}
+
+/// The paper's controller for every robot of `scenario`.
+fn squad(scenario: &Scenario) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
+    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setup))
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

@@ -1,16 +1,15 @@
-//! What the operating system must grant before a swarm of processes can start.
+//! Limits of the operating system on a swarm of processes, checked before it starts.
 
 use std::{fmt, fs, io, str::FromStr};
 
 use anyhow::{anyhow, bail};
 use arena_daemon::live::CLIENTS_MAX;
-use protocol::{
-    setup::Plane,
-    shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory},
-};
+use protocol::setup::Plane;
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
+use transport::shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory};
 
-/// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run goes.
+/// Descriptors beside those: standard streams, the node, the lock; and clients of the two sockets that tell how a run
+/// goes.
 const DESCRIPTORS_SPARE: u64 = 64 + 2 * CLIENTS_MAX as u64;
 /// Memory maps the arena holds per robot: measured with `wc -l < /proc/PID/maps`, see docs/performance.md.
 const MAPS_PER_ROBOT: u64 = 6;
@@ -43,17 +42,17 @@ fn descriptors_per_robot(plane: Plane) -> u64 {
 /// One thing of which robots need so much each, and of which there is only so much.
 #[derive(Clone, Copy, Debug)]
 struct Limit {
-    /// What is needed, in the plural.
+    /// Name of the resource, in the plural.
     what: &'static str,
     per_robot: u64,
     /// Needed beside the robots' share.
     spare: u64,
-    /// What there is, in the same unit.
+    /// Amount there is, in the same unit.
     available: u64,
     /// Where that number comes from.
     source: &'static str,
     unit: Unit,
-    /// What a user can do about it.
+    /// Way out for a user.
     remedy: Remedy,
 }
 

@@ -17,7 +17,7 @@ use anstream::adapter::strip_bytes;
 use anyhow::Context;
 use arena_daemon::progress::{beside_live_line, init_log};
 use files::{Lines, WriteError};
-use logbook::{
+use logging::{
     Format,
     line::{JSON_BEGINS, MOST_BYTES},
 };
@@ -42,13 +42,13 @@ pub(crate) fn begin(quiet: bool, format: Format) {
 }
 
 /// Warns of what may not mean in a scenario what its author thinks.
-pub(crate) fn warn_of(cautions: &[String]) {
-    cautions.iter().for_each(|caution| tracing::warn!("{caution}"));
+pub(crate) fn warn_of(warnings: &[String]) {
+    warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }
 
 /// Keeps from here on what is logged: in `log.txt` or `log.jsonl` in `folder`, made by the first line.
 pub(crate) fn keep_in(folder: &Path) {
-    let name = match logbook::format() {
+    let name = match logging::format() {
         Format::Text => "log.txt",
         Format::Json => "log.jsonl",
     };
@@ -121,18 +121,18 @@ impl Kept {
     }
 
     /// From here on all is left out.
-    fn give_up(&mut self, error: &WriteError) -> logbook::line::Line {
+    fn give_up(&mut self, error: &WriteError) -> logging::line::Line {
         self.left_out = 1;
         self.is_broken = true;
         let words = format_args!("{error}; the rest of the log is left out");
-        logbook::line(Level::WARN, module_path!(), &words)
+        logging::line(Level::WARN, module_path!(), &words)
     }
 
-    /// What was left out, written to the file too.
-    fn last_line(&mut self) -> Option<logbook::line::Line> {
+    /// Returns a last line that counts what was left out, written to the file too.
+    fn last_line(&mut self) -> Option<logging::line::Line> {
         let left_out = self.left_out;
         let words = format_args!("{}: {left_out} lines are left out", self.path.display());
-        let line = (left_out > 0).then(|| logbook::line(Level::WARN, module_path!(), &words))?;
+        let line = (left_out > 0).then(|| logging::line(Level::WARN, module_path!(), &words))?;
         // If the disk is full, the line on standard error has to do.
         let _ = self.append(line.bytes());
         Some(line)
@@ -191,16 +191,16 @@ fn gather(pipe: PipeReader) {
             line.push(b'\n');
         }
         // If standard error is gone, the file may still be there.
-        let _ = match logbook::format() {
+        let _ = match logging::format() {
             Format::Json if !line.starts_with(JSON_BEGINS.as_bytes()) => write(foreign(&line).bytes()),
             _ => write(&line),
         };
     }
 }
 
-/// What no log has written, such as the message of a panic, as a line of JSON.
-fn foreign(line: &[u8]) -> logbook::line::Line {
-    logbook::line(Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
+/// Makes a line of JSON of what no log has written, such as the message of a panic.
+fn foreign(line: &[u8]) -> logging::line::Line {
+    logging::line(Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
 }
 
 #[cfg(test)]

@@ -14,8 +14,8 @@ mod log;
 mod name;
 mod report;
 mod run;
-mod say;
 mod shrink;
+mod stdout;
 mod summary_text;
 mod supervisor;
 mod top;
@@ -60,9 +60,10 @@ enum Command {
     ///
     /// Run i (from 0) has the seed S + i, where S is the scenario's seed or --seed. From it are drawn the start,
     /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
-    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts --duration, or else fuzz.duration_s, or else the scenario's
-    /// duration_s, at most 20 seconds of virtual time. A failed run prints the command that repeats it. Exit
-    /// status: 0 if no run failed, 1 if one did, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts
+    /// --duration, or else fuzz.duration_s, or else the scenario's duration_s, at most 20 seconds of virtual time. A
+    /// failed run prints the command that repeats it. Exit status: 0 if no run failed, 1 if one did, 2 for bad
+    /// arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
     ///
@@ -90,7 +91,7 @@ fn main() -> ExitCode {
         Err(error) => Err(Failure::run(error)),
     };
     let status = outcome.unwrap_or_else(|failure: Failure| {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
+        logging::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
         failure.exit_code()
     });
     match log::end() {
@@ -110,6 +111,6 @@ fn obey(command: Command) -> Result<ExitCode, Failure> {
         Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
-        Command::Schema => say::say(&arena::scenario::schema_json()).map(|()| ExitCode::SUCCESS),
+        Command::Schema => stdout::say(&scenario::schema_json()).map(|()| ExitCode::SUCCESS),
     }
 }

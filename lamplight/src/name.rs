@@ -1,7 +1,7 @@
 //! Names of what is made: of scenarios' files, and of runs.
 
-use protocol::run_dir::RunName;
 use rustix::rand::{GetRandomFlags, getrandom};
+use transport::run_dir::RunName;
 
 /// Letters and digits that nobody takes for one another. There are 32, so that a random byte is fair to each.
 const DRAWN_FROM: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";

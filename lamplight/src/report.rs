@@ -5,7 +5,7 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::Args;
 use report::ReportError;
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {

@@ -4,10 +4,8 @@ use std::{process, process::ExitCode, sync::Arc};
 
 use anyhow::{Context, anyhow};
 use arena::{
-    Arena,
-    caution::{cautions, named},
-    placement,
-    scenario::{RobotSet, Scenario},
+    Arena, placement,
+    plan_warnings::{named, warnings},
 };
 use arena_daemon::{
     engine,
@@ -19,23 +17,22 @@ use arena_daemon::{
     summary::Ending,
 };
 use clap::{Args, ValueEnum};
-use protocol::{
-    run_dir::{RunDir, RunName},
-    setup::Mode,
-};
+use protocol::setup::Mode;
+use scenario::{RobotSet, Scenario};
 use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
+use transport::run_dir::{RunDir, RunName};
 
 use crate::{
     failure::Failure,
     in_process::{self, Pace},
     limits, log, name,
-    say::say,
+    stdout::say,
     summary_text,
     supervisor::{self, Watch},
 };
 
-/// Who thinks for the robots.
+/// Engine that runs the robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
     /// A process per robot
@@ -60,7 +57,7 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     options: RunOptions,
 
-    /// Who thinks for the robots
+    /// Engine that runs the robots
     #[arg(long, value_enum, default_value_t)]
     engine: Engine,
 
@@ -82,7 +79,7 @@ pub(crate) struct RunArgs {
     by_hand: Option<RobotSet>,
 }
 
-/// What a run came to.
+/// Result of a run.
 pub(crate) struct Outcome {
     /// Its `summary.json`; `None` if a second signal ended it at once.
     pub(crate) summary: Option<String>,
@@ -103,14 +100,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let scenario = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
-    logbook::in_run(&name);
-    log::warn_of(&cautions(&scenario, &poses));
+    logging::in_run(&name);
+    log::warn_of(&warnings(&scenario, &poses));
     let outcome = match args.engine {
         Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario, name)?,
     };
     let Some(text) = outcome.summary else {
-        logbook::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
+        logging::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
         return Ok(interrupted(outcome.signal));
     };
     let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;
@@ -174,7 +171,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
     let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
     let pace = Pace { speed: options.speed, shares: true, audience };
-    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::content, live);
+    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::no_observer, live);
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 

@@ -16,11 +16,7 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena::{
-    caution::cautions,
-    placement,
-    scenario::{FaultSpec, Scenario},
-};
+use arena::{placement, plan_warnings::warnings};
 use arena_daemon::{
     engine,
     options::ScenarioOptions,
@@ -28,7 +24,8 @@ use arena_daemon::{
     stop::{StopFlag, exit_status},
 };
 use clap::Args;
-use logbook::Format;
+use logging::Format;
+use scenario::{FaultSpec, Scenario};
 use serde_json::Value;
 
 use self::{
@@ -37,7 +34,7 @@ use self::{
     journal::Journal,
     swarm::{fewest, with_robots},
 };
-use crate::{failure::Failure, in_process, log, name, say::say};
+use crate::{failure::Failure, in_process, log, name, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ShrinkArgs {
@@ -79,7 +76,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
     let whole = args.options.load().map_err(Failure::usage)?;
     let poses = placement::start(&whole).map_err(Failure::usage)?;
-    log::warn_of(&cautions(&whole, &poses));
+    log::warn_of(&warnings(&whole, &poses));
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
     refuse_to_overwrite(&out)?;
     let stop = StopFlag::default();
@@ -214,7 +211,7 @@ impl Search {
 
     /// Runs a candidate; the inner error says why it cannot be run.
     fn summary(&mut self, candidate: &Scenario) -> Result<anyhow::Result<Value>, Halt> {
-        let summary = in_process::run_quietly(candidate, &self.stop, &mut engine::content);
+        let summary = in_process::run_quietly(candidate, &self.stop, &mut engine::no_observer);
         if let Some(signal) = self.stop.signal() {
             return Err(Halt::Interrupted(signal));
         }
@@ -259,7 +256,7 @@ fn result(
     )
 }
 
-/// What was found, for a person.
+/// Account of what was found, for a person.
 fn account(small: &Scenario, expression: &Expression, (faults, robots): (usize, u32), tries: u64) -> String {
     let mut text = format!(
         "{} of {faults} faults and {} of {robots} robots still show it ({expression}), found in {tries} tries\n",

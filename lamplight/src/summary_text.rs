@@ -1,10 +1,10 @@
-//! What `lamplight run` says at its end to a person.
+//! Text that `lamplight run` ends with, for a person.
 
 use std::fmt::{self, Write};
 
 use serde_json::Value;
 
-/// What becomes of packets that are not heard, and how one says it.
+/// Fates of packets that are not heard, and how one says them.
 const FATES: [(&str, &str); 8] = [
     ("collided", "collided"),
     ("half_duplex", "missed while transmitting"),
@@ -106,7 +106,7 @@ fn write_contacts(text: &mut String, summary: &Value) -> fmt::Result {
     Ok(())
 }
 
-/// What the agents took; nothing if nobody measured.
+/// Writes the agents' times; nothing if nobody measured.
 fn write_agents(text: &mut String, agents: &Value) -> fmt::Result {
     if agents.is_null() {
         return Ok(());
@@ -160,7 +160,7 @@ fn write_delivered(text: &mut String, delivered: &Value) -> fmt::Result {
     writeln!(text)
 }
 
-/// What each fault did, and how the swarm took it.
+/// Writes what each fault did, and how the swarm took it.
 fn write_ledger(text: &mut String, faults: &Value) -> fmt::Result {
     for (index, fault) in faults.as_array().into_iter().flatten().enumerate() {
         write!(text, "fault {index} ({}): ", fault["kind"].as_str().unwrap_or_default())?;

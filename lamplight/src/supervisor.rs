@@ -17,7 +17,6 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena::scenario::RobotSet;
 use arena_daemon::{
     options::RunOptions,
     process::Process,
@@ -25,14 +24,15 @@ use arena_daemon::{
     standstill::Moment,
     stop::{ONE_WISH, STOP_SIGNALS},
 };
-use logbook::FORMAT_VARIABLE;
-use protocol::{
+use logging::FORMAT_VARIABLE;
+use protocol::robot_id::RobotId;
+use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
+use scenario::RobotSet;
+use signal_hook::{consts::SIGCHLD, iterator::Signals};
+use transport::{
     control::{Event, Order},
-    robot_id::RobotId,
     run_dir::RunDir,
 };
-use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use signal_hook::{consts::SIGCHLD, iterator::Signals};
 
 use crate::{
     children::{self, Children, tell},
@@ -49,8 +49,8 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 /// How often killed children are looked for.
 const REAP_POLL: Duration = Duration::from_millis(10);
 
-/// What the supervisor wakes up to.
-enum Happening {
+/// Event that wakes the supervisor.
+enum SupervisorEvent {
     Signal(i32),
     /// The whole run has stood still for so long.
     StoodStill(Duration),
@@ -62,21 +62,21 @@ enum Happening {
 /// Where all that happens to a run comes together. Made before the run, so that no signal finds
 /// the run made and nobody to take it down.
 pub(crate) struct Watch {
-    sender: Sender<Happening>,
-    happenings: Receiver<Happening>,
+    sender: Sender<SupervisorEvent>,
+    events: Receiver<SupervisorEvent>,
     children: Children,
 }
 
 impl Watch {
     /// From here on signals are ours.
     pub(crate) fn begin() -> anyhow::Result<Self> {
-        let (sender, happenings) = mpsc::channel();
+        let (sender, events) = mpsc::channel();
         forward_signals(sender.clone())?;
-        let (children, teller) = (Children::default(), sender.clone());
+        let (children, notifier) = (Children::default(), sender.clone());
         children
-            .stand_still_with_us(move |time| drop(teller.send(Happening::StoodStill(time))))
+            .stand_still_with_us(move |time| drop(notifier.send(SupervisorEvent::StoodStill(time))))
             .context("cannot listen for signals")?;
-        Ok(Self { sender, happenings, children })
+        Ok(Self { sender, events, children })
     }
 }
 
@@ -94,17 +94,17 @@ pub(crate) fn run(
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
-    let Watch { sender, happenings, children } = watch;
+    let Watch { sender, events, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
     let start = Start { options, run, robots, by_hand, log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
-    let outcome = supervisor.watch(happenings);
-    supervisor.clear_away(happenings);
+    let outcome = supervisor.watch(events);
+    supervisor.clear_away(events);
     outcome
 }
 
-/// What is to be started.
+/// Parts that a supervisor starts from.
 #[derive(Clone, Copy)]
 struct Start<'a> {
     options: &'a RunOptions,
@@ -147,7 +147,7 @@ struct Stopping {
 impl<'a> Supervisor<'a> {
     fn start(
         Start { options, run, robots, by_hand, log, children }: Start<'a>,
-        sender: Sender<Happening>,
+        sender: Sender<SupervisorEvent>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
         let agent_program = preferred(beside_us("robot-agent")?);
@@ -165,7 +165,7 @@ impl<'a> Supervisor<'a> {
         command.args(options.arguments(&run.scenario_path()));
         let mut group = children.lock();
         command
-            .env(FORMAT_VARIABLE, logbook::format().to_string())
+            .env(FORMAT_VARIABLE, logging::format().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(log.standard_error().context("cannot hand the log's pipe to arena-daemon")?);
@@ -193,18 +193,18 @@ impl<'a> Supervisor<'a> {
         })
     }
 
-    /// Until the arena has ended and said its last word.
-    fn watch(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Outcome> {
+    /// Handles events until the arena has ended and sent its last message.
+    fn watch(&mut self, events: &Receiver<SupervisorEvent>) -> anyhow::Result<Outcome> {
         let mut silent = false;
         while !(silent && self.arena_ended.is_some()) {
-            match self.next(happenings)? {
-                Happening::Signal(SIGCHLD) => self.reap(),
-                Happening::Signal(signal) => self.stop(signal),
-                Happening::StoodStill(time) => {
+            match self.next(events)? {
+                SupervisorEvent::Signal(SIGCHLD) => self.reap(),
+                SupervisorEvent::Signal(signal) => self.stop(signal),
+                SupervisorEvent::StoodStill(time) => {
                     tracing::info!("stood still for {:.1} s; the run goes on", time.as_secs_f64());
                 }
-                Happening::Arena(event) => self.obey(event)?,
-                Happening::ArenaSilent => silent = true,
+                SupervisorEvent::Arena(event) => self.obey(event)?,
+                SupervisorEvent::ArenaSilent => silent = true,
             }
         }
         let signal = self.stopping.map(|stopping| stopping.signal);
@@ -218,22 +218,22 @@ impl<'a> Supervisor<'a> {
 
     /// The next thing to attend to. While there is none, agents are started one by one, so that
     /// signals are heard in between; and an arena that was told to end is not waited for in vain.
-    fn next(&mut self, happenings: &Receiver<Happening>) -> anyhow::Result<Happening> {
+    fn next(&mut self, events: &Receiver<SupervisorEvent>) -> anyhow::Result<SupervisorEvent> {
         loop {
             if !self.to_start.is_empty() {
-                if let Ok(happening) = happenings.try_recv() {
-                    return Ok(happening);
+                if let Ok(event) = events.try_recv() {
+                    return Ok(event);
                 }
                 self.spawn_next()?;
             } else if let Some(stopping) = self.stopping {
                 let left = STOP_TIMEOUT.saturating_sub(stopping.since.elapsed());
                 if left.is_zero() {
                     self.give_up_on_arena();
-                } else if let Ok(happening) = happenings.recv_timeout(left) {
-                    return Ok(happening);
+                } else if let Ok(event) = events.recv_timeout(left) {
+                    return Ok(event);
                 }
             } else {
-                return happenings.recv().context("the threads that watch the run have ended");
+                return events.recv().context("the threads that watch the run have ended");
             }
         }
     }
@@ -286,7 +286,7 @@ impl<'a> Supervisor<'a> {
         let mut group = self.children.lock();
         let mut command = Command::new(&self.agent_program);
         command
-            .env(FORMAT_VARIABLE, logbook::format().to_string())
+            .env(FORMAT_VARIABLE, logging::format().to_string())
             .args(["--run", &self.run.name().to_string()])
             .args(["--robot", &id.index.to_string()])
             .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])
@@ -360,15 +360,17 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Waits for every child to end, and kills those that stay.
-    fn clear_away(&mut self, happenings: &Receiver<Happening>) {
+    fn clear_away(&mut self, events: &Receiver<SupervisorEvent>) {
         self.kill_arena();
         self.reap();
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
         while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() {
             let left = |deadline: Moment| deadline.since(Moment::now());
-            let impatient = match happenings.recv_timeout(deadline.map_or(REAP_POLL, left)) {
-                Ok(Happening::Signal(signal)) => signal != SIGCHLD,
-                Ok(Happening::Arena(_) | Happening::ArenaSilent | Happening::StoodStill(_)) => false,
+            let impatient = match events.recv_timeout(deadline.map_or(REAP_POLL, left)) {
+                Ok(SupervisorEvent::Signal(signal)) => signal != SIGCHLD,
+                Ok(
+                    SupervisorEvent::Arena(_) | SupervisorEvent::ArenaSilent | SupervisorEvent::StoodStill(_),
+                ) => false,
                 Err(RecvTimeoutError::Timeout) => deadline.is_none_or(|deadline| left(deadline).is_zero()),
                 // The threads that watch have ended; children still do.
                 Err(RecvTimeoutError::Disconnected) => {
@@ -409,22 +411,24 @@ fn preferred(plain: PathBuf) -> PathBuf {
     }
 }
 
-fn forward_signals(sender: Sender<Happening>) -> anyhow::Result<()> {
+fn forward_signals(sender: Sender<SupervisorEvent>) -> anyhow::Result<()> {
     let all = STOP_SIGNALS.iter().copied().chain([SIGCHLD]);
     let mut signals = Signals::new(all).context("cannot listen for signals")?;
-    thread::spawn(move || signals.forever().try_for_each(|signal| sender.send(Happening::Signal(signal))));
+    thread::spawn(move || {
+        signals.forever().try_for_each(|signal| sender.send(SupervisorEvent::Signal(signal)))
+    });
     Ok(())
 }
 
-fn forward_events(output: ChildStdout, sender: Sender<Happening>) {
+fn forward_events(output: ChildStdout, sender: Sender<SupervisorEvent>) {
     thread::spawn(move || {
         for line in BufReader::new(output).lines().map_while(Result::ok) {
             match serde_json::from_str(&line) {
-                Ok(event) => drop(sender.send(Happening::Arena(event))),
+                Ok(event) => drop(sender.send(SupervisorEvent::Arena(event))),
                 Err(error) => tracing::warn!("the arena's report `{line}` is not understood: {error}"),
             }
         }
-        let _ = sender.send(Happening::ArenaSilent);
+        let _ = sender.send(SupervisorEvent::ArenaSilent);
     });
 }
 

@@ -14,9 +14,9 @@ use std::{
 
 use anyhow::anyhow;
 use clap::Args;
-use protocol::run_dir::{RunDir, RunDirError, RunName};
+use transport::run_dir::{RunDir, RunDirError, RunName};
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, stdout::say};
 use screen::{Layout, View};
 use watch::{Asked, Watcher};
 

@@ -1,17 +1,16 @@
-//! What crosses a process boundary in a Lamplight run.
+//! The vocabulary of a Lamplight run: what robots and arena tell each other.
 //!
-//! The first half is `no_std` and knows no operating system: units, the body frame, robot ids and their
-//! clocks, infrared packets, percepts and commands. The second half, behind the feature `ipc`, carries
-//! them between processes: raw shared-memory messages, iceoryx2 services, the doorbell, the run's
-//! directory and the codec of control blobs.
+//! Units, the body frame, robot ids and their clocks, infrared packets, percepts and commands. It knows no operating
+//! system; the crate `transport` carries these values between processes.
 
 #![no_std]
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
-#[cfg(any(feature = "ipc", feature = "std", test))]
+#[cfg(any(feature = "std", test))]
 extern crate std;
 
 pub mod command;
+pub mod controller;
 pub mod frame;
 pub mod odometry;
 #[cfg(feature = "oscillator")]
@@ -21,30 +20,3 @@ pub mod percept;
 pub mod robot_id;
 pub mod setup;
 pub mod units;
-
-#[cfg(feature = "ipc")]
-pub mod codec;
-#[cfg(feature = "ipc")]
-pub mod control;
-#[cfg(feature = "ipc")]
-pub mod cycles;
-#[cfg(feature = "ipc")]
-pub mod doorbell;
-#[cfg(feature = "ipc")]
-pub mod footprint;
-#[cfg(feature = "ipc")]
-pub mod frame_cache;
-#[cfg(feature = "ipc")]
-pub mod mapping;
-#[cfg(feature = "ipc")]
-pub mod owner;
-#[cfg(feature = "ipc")]
-pub mod pid_namespace;
-#[cfg(feature = "ipc")]
-pub mod raw;
-#[cfg(feature = "ipc")]
-pub mod run_dir;
-#[cfg(feature = "ipc")]
-pub mod services;
-#[cfg(feature = "ipc")]
-pub mod shared_memory;

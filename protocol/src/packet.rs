@@ -41,12 +41,35 @@ pub type Frame = ArrayVec<u8, PACKET_BYTES_MAX>;
 /// One ISIS localization message, checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Packet {
-    /// Who sent it.
+    /// The robot that sent it.
     pub sender: RobotId,
     /// Counts the sender's packets since its boot; wraps.
     pub sequence: u32,
     /// The sender's own light reading in counts, finite.
     pub light: f32,
+}
+
+/// Makes a robot's packets: each with its name and the next number, counted from 0 at its boot.
+#[derive(Clone, Debug)]
+pub struct Transmitter {
+    sender: RobotId,
+    sequence: u32,
+}
+
+impl Transmitter {
+    /// The transmitter of a robot that has just booted.
+    pub fn new(sender: RobotId) -> Self {
+        Self { sender, sequence: 0 }
+    }
+
+    /// Returns the next packet, with a light reading in counts. A reading past f32 is sent as the largest one that a
+    /// packet can carry.
+    pub fn packet(&mut self, light: f64) -> Packet {
+        let sequence = self.sequence;
+        self.sequence = self.sequence.wrapping_add(1);
+        let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+        Packet { sender: self.sender, sequence, light }
+    }
 }
 
 /// Why a received frame is not an ISIS packet.
@@ -63,9 +86,9 @@ pub enum PacketError {
     /// Bits flipped on the way.
     #[error("checksum field is {received:#06x}, the bytes give {computed:#06x}")]
     Checksum {
-        /// What the frame says.
+        /// Checksum in the frame.
         received: u16,
-        /// What its bytes give.
+        /// Checksum of its bytes.
         computed: u16,
     },
     /// A kind this version does not speak.
@@ -78,6 +101,7 @@ pub enum PacketError {
 
 impl Packet {
     /// The frame that carries this packet.
+    #[inline]
     pub fn encode(&self) -> Frame {
         let mut bytes = [0; LOCALIZATION_BYTES];
         bytes[0] = LOCALIZATION;
@@ -92,6 +116,7 @@ impl Packet {
     }
 
     /// Checks and reads a frame: length first, then checksum, kind and payload.
+    #[inline]
     pub fn decode(frame: &[u8]) -> Result<Self, PacketError> {
         let bytes: &[u8; LOCALIZATION_BYTES] = frame
             .try_into()

@@ -25,7 +25,7 @@ pub type Tick = u64;
 /// A packet as one receiver heard it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delivery {
-    /// What was said.
+    /// The packet that was heard.
     pub packet: Packet,
     /// Distance to the sender.
     pub range: Meters,
@@ -35,7 +35,7 @@ pub struct Delivery {
     pub orientation: Radians,
 }
 
-/// What tells the robot where the sensory function grows.
+/// Direction in which the sensory function grows, as the robot senses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stimulus {
     /// No direction: darkness, or a spot where the function is flat.
@@ -95,7 +95,7 @@ pub enum FieldComponent {
 pub struct Percept {
     /// Which tick this is; the answer must carry the same number.
     pub tick: Tick,
-    /// What was heard, ordered by sender index.
+    /// Packets that were heard, ordered by sender index.
     pub deliveries: ArrayVec<Delivery, DELIVERIES_MAX>,
     /// The light where the robot stands.
     pub light: Light,

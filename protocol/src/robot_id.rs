@@ -1,4 +1,4 @@
-//! Who is speaking: a robot and which life of it.
+//! Identity of a robot: its index and its life.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,17 +24,6 @@ impl RobotId {
     #[must_use]
     pub const fn reborn(self) -> Self {
         Self { incarnation: self.incarnation.wrapping_add(1), ..self }
-    }
-
-    /// The command that starts an agent for this life by hand.
-    #[cfg(feature = "ipc")]
-    pub fn start_command(self, run: &crate::run_dir::RunName) -> std::string::String {
-        let Self { index, incarnation } = self;
-        let life = match incarnation {
-            0 => std::string::String::new(),
-            _ => std::format!(" --incarnation {incarnation}"),
-        };
-        std::format!("robot-agent --run {run} --robot {index}{life}")
     }
 }
 

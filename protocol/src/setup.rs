@@ -1,4 +1,4 @@
-//! What an agent is told before its first tick: parameters of its controller and how to keep time.
+//! Setup of an agent before its first tick: parameters of its controller and how to keep time.
 //!
 //! The same for every robot of a run, and silent about how many there are.
 
@@ -42,7 +42,7 @@ pub struct Closure {
     pub cap: Option<Meters>,
 }
 
-/// Parameters of a robot's mind.
+/// Parameters of a robot's controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControllerSetup {
     /// Control law.
@@ -69,7 +69,7 @@ pub enum Mode {
     Realtime,
 }
 
-/// What carries percepts and commands between the arena and its agents.
+/// Transport of percepts and commands between the arena and its agents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
@@ -105,14 +105,14 @@ pub struct ClockSetup {
 pub struct AgentSetup {
     /// How to keep time.
     pub mode: Mode,
-    /// What carries messages.
+    /// Transport of messages.
     pub plane: Plane,
     /// Length of a neighbor cycle: how often an agent hears of the world and answers.
     pub cycle: Seconds,
     /// The robot's own clock.
     pub clock: ClockSetup,
-    /// Parameters of the mind.
+    /// Parameters of the controller.
     pub controller: ControllerSetup,
-    /// The arena's namespace of process numbers, if it is known ([`pid_namespace`](crate::pid_namespace)).
+    /// The arena's namespace of process numbers, if it is known (`transport::pid_namespace`).
     pub pid_namespace: Option<u64>,
 }

@@ -1,4 +1,5 @@
-//! Flipped bits in a frame: which numbers of them the checksum always finds, and how many choices of others it does not.
+//! Flipped bits in a frame: which numbers of them the checksum always finds, and how many choices of others it does
+//! not.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
@@ -18,7 +19,7 @@ const FLIPS_MAX: usize = 10;
 
 const PACKET: Packet = Packet { sender: RobotId::first(7), sequence: 300, light: 1.0 };
 
-/// What becomes of the packet with these bits flipped.
+/// Decodes the packet with these bits flipped.
 fn decoded(flips: &[usize]) -> Result<Packet, PacketError> {
     let mut bytes = PACKET.encode();
     for bit in flips {

@@ -3,34 +3,37 @@
 use std::{fs, mem};
 
 use anyhow::Context;
-use coverage::Controller;
 use protocol::{
-    codec,
+    controller::Controller,
     percept::Percept,
+    robot_id::RobotId,
+    setup::{AgentSetup, ControllerSetup},
+};
+use transport::{
+    codec,
     pid_namespace::our_pid_in,
     raw::{BOOT_TICK, RawCommand},
-    robot_id::RobotId,
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
-    setup::AgentSetup,
 };
 
 use crate::stopwatch::Stopwatch;
 
-/// What the agents of a run are told.
+/// Reads the setup of a run's agents.
 pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
     let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
     Ok(codec::decode(&setup)?)
 }
 
-/// One robot's mind and its line to the world.
+/// One robot's controller with its ports.
 #[derive(Debug)]
-pub(crate) struct Agent {
+pub(crate) struct Agent<C, N> {
     pub(crate) id: RobotId,
     pub(crate) stopwatch: Stopwatch,
     // Both have room for far more than they mostly hold. Made where they stay, and not moved there, they take the
     // memory that they use and no more.
-    controller: Box<Controller>,
+    controller: Box<C>,
+    new: N,
     percept: Box<Percept>,
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
@@ -39,11 +42,20 @@ pub(crate) struct Agent {
     pid: u32,
 }
 
-impl Agent {
-    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts) -> Self {
-        let controller = Box::new(Controller::new(id, setup.controller));
+impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
+    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts, new: N) -> Self {
+        let controller = Box::new(new(id, setup.controller));
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
-        Self { id, stopwatch, controller, ports, percept, waits: false, pid: our_pid_in(setup.pid_namespace) }
+        Self {
+            id,
+            stopwatch,
+            controller,
+            new,
+            ports,
+            percept,
+            waits: false,
+            pid: our_pid_in(setup.pid_namespace),
+        }
     }
 
     /// Says that this robot is there.
@@ -60,18 +72,25 @@ impl Agent {
         }
         if self.percept.tick == BOOT_TICK {
             tracing::debug!("begins anew");
-            *self.controller = Controller::new(self.id, setup_of(run)?.controller);
+            self.begin_anew(run)?;
             self.announce()?;
             self.stopwatch.booted();
             return Ok(true);
         }
         self.stopwatch.received();
-        let command = self.controller.step_watched(&self.percept, &mut self.stopwatch);
+        let command = self.controller.step(&self.percept, &mut self.stopwatch);
         let message = RawCommand::new(self.percept.tick, &command, self.pid);
         self.ports.send(message.timed(self.stopwatch.times()))?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)
+    }
+
+    /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
+    #[inline(never)]
+    fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
+        *self.controller = (self.new)(self.id, setup_of(run)?.controller);
+        Ok(())
     }
 
     /// Takes in what has come between two cycles, so that what is heard is known even if another percept comes
@@ -90,7 +109,7 @@ impl Agent {
                 None => return Ok(()),
                 Some(Ok(refused)) => {
                     self.waits = true;
-                    logbook::at_tick(self.percept.tick);
+                    logging::at_tick(self.percept.tick);
                     if refused > 0 {
                         tracing::debug!(refused, "packets did not decode");
                     }

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::{
+use protocol::{controller::Controller, robot_id::RobotId, setup::ControllerSetup};
+use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };
@@ -17,8 +18,8 @@ const LEFT_OUT: Duration = Duration::from_secs(2);
 /// before it say nothing.
 const AWAY: Duration = Duration::from_secs(1);
 
-pub(crate) fn run(
-    agent: &mut Agent,
+pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+    agent: &mut Agent<C, N>,
     bell: &Doorbell,
     run: &RunDir,
     arena: &ArenaWatch,

@@ -4,9 +4,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use protocol::{
+    controller::Controller,
+    robot_id::RobotId,
+    setup::{AgentSetup, ControllerSetup},
+};
+use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
-    setup::AgentSetup,
 };
 
 use crate::{Abandoned, agent::Agent, timer::Timer};
@@ -21,8 +25,8 @@ const AWAY: Duration = Duration::from_secs(1);
 /// Longest nap, so that a dead arena is noticed.
 const NAP: Duration = Duration::from_millis(250);
 
-pub(crate) fn run(
-    agent: &mut Agent,
+pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+    agent: &mut Agent<C, N>,
     bell: &Doorbell,
     run: &RunDir,
     arena: &ArenaWatch,

@@ -4,9 +4,9 @@
 
 use std::time::Duration;
 
-use coverage::watch::{Stage, Watcher};
-use protocol::{
-    cycles::{Clock, Stamp},
+use protocol::controller::{Stage, StageObserver};
+use transport::{
+    clock::{Clock, Stamp},
     raw::RawTimes,
 };
 
@@ -38,7 +38,7 @@ impl Stopwatch {
         self.times.late_ns = saturated(late.as_nanos());
     }
 
-    /// So many more deadlines have not been met.
+    /// Counts deadlines that have not been met.
     pub(crate) fn missed(&mut self, deadlines: u32) {
         self.times.missed = self.times.missed.saturating_add(deadlines);
     }
@@ -53,7 +53,7 @@ impl Stopwatch {
         self.times.receive = self.lap();
     }
 
-    /// What is known before the command is sent.
+    /// Times that are known before the command is sent.
     pub(crate) fn times(&self) -> RawTimes {
         self.times
     }
@@ -63,7 +63,7 @@ impl Stopwatch {
         self.times.publish_before = self.lap();
     }
 
-    /// A first word has been said, which ends no cycle.
+    /// A first command has been sent, which ends no cycle.
     pub(crate) fn booted(&mut self) {
         self.times.publish_before = 0;
     }
@@ -76,7 +76,7 @@ impl Stopwatch {
     }
 }
 
-impl Watcher for Stopwatch {
+impl StageObserver for Stopwatch {
     fn passed(&mut self, stage: Stage) {
         let lap = self.lap();
         *match stage {

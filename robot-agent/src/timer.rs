@@ -31,7 +31,8 @@ pub(crate) struct Fired {
 
 impl Timer {
     /// The timer of robot `id`, which fires at `now` for the first time. The same life of a robot has the
-    /// same drift in every run of a seed; a restarted robot draws another. `None` if the cycle is longer than a clock can count.
+    /// same drift in every run of a seed; a restarted robot draws another. `None` if the cycle is longer than a clock
+    /// can count.
     pub(crate) fn new(id: RobotId, cycle: Seconds, clock: &ClockSetup, now: Instant) -> Option<Self> {
         let oscillator = Oscillator::of(id, clock.seed, clock.drift_ppm);
         let period = Duration::try_from_secs_f64(cycle.get() * (1.0 + oscillator.drift())).ok()?;

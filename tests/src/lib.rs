@@ -1,4 +1,4 @@
-//! What the cross-crate tests share: reference vectors, the real programs, and a reader of traces.
+//! Shared parts of the cross-crate tests: reference vectors, the real programs, and a reader of traces.
 
 #![forbid(unsafe_code)]
 

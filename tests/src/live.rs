@@ -178,7 +178,7 @@ impl LiveRun {
         (output, run)
     }
 
-    /// What the run has in shared memory.
+    /// Files that the run has in shared memory.
     pub fn leftovers(&self) -> Vec<String> {
         let (exact, prefix) = (format!("lamplight-{}", self.name), format!("lamplight-{}.", self.name));
         let entries = fs::read_dir("/dev/shm").expect("shared memory is there");
@@ -243,7 +243,7 @@ fn drained(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
     })
 }
 
-/// Sends a signal to a process of ours; one that is gone does not mind.
+/// Sends a signal to a process of ours; one that is gone is passed over.
 pub fn signal(pid: Pid, signal: Signal) {
     let _ = kill_process(pid, signal);
 }
@@ -253,7 +253,7 @@ pub fn descriptors(pid: Pid) -> usize {
     fs::read_dir(format!("/proc/{}/fd", pid.as_raw_pid())).map_or(0, Iterator::count)
 }
 
-/// What a process does, as `/proc` spells it: `T` if it is stopped. `None` if it has ended.
+/// State of a process, as `/proc` spells it: `T` if it is stopped. `None` if it has ended.
 pub fn state(pid: Pid) -> Option<char> {
     let stat = fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_pid())).ok()?;
     stat.rsplit_once(") ")?.1.chars().next()

@@ -40,7 +40,7 @@ pub fn lamplight<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Command 
     command
 }
 
-/// What a finished run left.
+/// Results of a finished run.
 #[derive(Debug)]
 pub struct Run {
     /// `summary.json`.
@@ -87,7 +87,7 @@ impl Run {
         Self::in_folder(folder)
     }
 
-    /// What a run left in `out` below `folder`.
+    /// Reads the results of a run in `out` below `folder`.
     ///
     /// # Panics
     /// If it left no summary.
@@ -124,8 +124,8 @@ impl Run {
     }
 }
 
-/// `command` with its arguments, before the program that it shall run; `None`, and a line that says so, where it does not
-/// run even `true`: it is not installed, or not allowed to.
+/// `command` with its arguments, before the program that it shall run; `None`, and a line that says so, where it does
+/// not run even `true`: it is not installed, or not allowed to.
 pub fn under(command: &[&str]) -> Option<Command> {
     let begun = || {
         let mut begun = Command::new(command[0]);

@@ -18,7 +18,7 @@ pub fn robot(index: u64) -> Track {
 /// A trace.
 #[derive(Debug)]
 pub struct Trace {
-    /// What it says of itself.
+    /// Metadata of the trace.
     pub other: Value,
     events: Vec<Value>,
 }
@@ -131,7 +131,7 @@ fn ns(us: &Value) -> u64 {
     (us.as_f64().expect("a time is a number") * 1e3).round() as u64
 }
 
-/// What the format wants of an event of its phase.
+/// Asserts that an event has the fields of its phase.
 fn has_its_fields(event: &Value) {
     let has = |key: &str, is: fn(&Value) -> bool| assert!(is(&event[key]), "{key} of {event}");
     has("name", Value::is_string);

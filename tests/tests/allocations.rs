@@ -1,22 +1,18 @@
-//! A steady tick asks for no memory: neither the arena, nor a mind, nor what carries messages between them.
+//! A steady tick asks for no memory: neither the arena, nor a controller, nor the transport between them.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use allocation_counter::measure;
-use arena::{
-    Arena,
-    scenario::{Override, Scenario},
-};
-use coverage::Controller;
+use arena::Arena;
+use coverage::CoverageController;
 use protocol::{
-    frame_cache::Frames,
+    controller::Controller,
     percept::Percept,
-    raw::RawCommand,
     robot_id::RobotId,
-    run_dir::RunDir,
-    services::Medium,
     setup::{Mode, Plane},
 };
+use scenario::{Override, Scenario};
+use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Session};
 
 /// Ticks until every crowd has been seen, and ticks in which nothing new is.
 const WARM_UP: u32 = 1500;
@@ -30,13 +26,14 @@ fn a_steady_tick_in_process_allocates_nothing() {
         let scenario = Scenario::load(&file, &overrides).unwrap();
         let mut arena = Arena::new(&scenario).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut minds: Vec<_> = (0..40).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+        let mut minds: Vec<_> =
+            (0..40).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
         let mut answers: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         let mut tick = || {
-            arena.strikes(&[]);
+            arena.process_faults(&[]);
             let Some(percepts) = arena.tick(&answers) else { return };
             for ((mind, percept), answer) in minds.iter_mut().zip(percepts).zip(&mut answers) {
-                *answer = Some(mind.step(percept));
+                *answer = Some(mind.step(percept, &mut ()));
             }
         };
         (0..WARM_UP).for_each(|_| tick());
@@ -52,19 +49,19 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
     let name = format!("test-allocations-{}", std::process::id());
     let (run, owner) = RunDir::create(name.parse().unwrap()).unwrap();
     let robot = RobotId::first(0);
-    let arena = Medium::enter(&run).unwrap();
+    let arena = Session::enter(&run).unwrap();
     let mut host = arena.host(robot, Plane::Blackboard).unwrap();
-    let mut agent = Medium::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
+    let mut agent = Session::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
     let setup = Scenario::load(&file, &[]).unwrap().agent_setup(Mode::Lockstep).controller;
-    let (mut mind, mut frames) = (Controller::new(robot, setup), Frames::of(1));
+    let (mut mind, mut frames) = (CoverageController::new(robot, setup), Frames::of(1));
     let (mut sent, mut read) = (Percept::empty(0), Percept::empty(0));
     let exchanged = measure(|| {
         for tick in 0..u64::from(STEADY) {
             sent.tick = tick;
             host.send(&sent, &mut frames).unwrap();
             assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))));
-            agent.send(RawCommand::new(tick, &mind.step(&read), 1)).unwrap();
+            agent.send(RawCommand::new(tick, &mind.step(&read, &mut ()), 1)).unwrap();
             assert!(host.receive().unwrap().is_some());
         }
     });

@@ -36,7 +36,7 @@ fn done(name: &str, out: &Path, args: &[&str]) -> Output {
     output
 }
 
-/// What a refused command says.
+/// Returns the error message of a refused command.
 fn refused(name: &str, out: &Path, args: &[&str]) -> String {
     let output = batch(name, out, args).arg("--quiet").output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
@@ -198,7 +198,7 @@ impl Disturbed {
     }
 
     /// Sends a signal to robot 2 of a swarm that has not had one yet, once it is at work.
-    fn strike(&mut self, how: Signal) {
+    fn apply_process_faults(&mut self, how: Signal) {
         let mut agent = None;
         wait_until("a new swarm is at work", || {
             let agents = arena_under(&self.batch).map_or_else(BTreeMap::new, |(name, _)| agents_of(&name));
@@ -229,7 +229,7 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
     done("swarmbots", &whole, &args);
 
     let mut once = Disturbed::start(&lossy);
-    once.strike(Signal::KILL);
+    once.apply_process_faults(Signal::KILL);
     let output = once.end();
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains("trial 0 of setting 0 (seed 1) is played again by a new swarm: robot 2"));
@@ -241,7 +241,7 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
     wait_until("the arena is there", || arena().is_some());
     signal(arena().unwrap().1, Signal::KILL);
     // The next swarm has an arena of its own, and loses a robot as well.
-    orphaned.strike(Signal::KILL);
+    orphaned.apply_process_faults(Signal::KILL);
     let output = orphaned.end();
     assert!(said(&output).contains("is played again by a new swarm: the arena ended"), "{}", said(&output));
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
@@ -249,8 +249,8 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
 
     fs::remove_dir_all(&lossy).unwrap();
     let mut twice = Disturbed::start(&lossy);
-    twice.strike(Signal::STOP);
-    twice.strike(Signal::KILL);
+    twice.apply_process_faults(Signal::STOP);
+    twice.apply_process_faults(Signal::KILL);
     let output = twice.end();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(

@@ -1,4 +1,4 @@
-//! What the commands say to what they cannot do: one clear line, the way out, the exit status.
+//! Answers of the commands to what they cannot do: one clear line, the way out, the exit status.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
@@ -8,7 +8,7 @@ use std::{
     process::{Output, Stdio},
 };
 
-use arena::scenario::{BYTES_MAX, SEED_MAX};
+use scenario::{BYTES_MAX, SEED_MAX};
 use tests::programs::{Run, lamplight, said, scenario};
 
 fn run(args: &[&str]) -> Output {

@@ -29,30 +29,44 @@ fn linked_by(package: &str) -> BTreeSet<String> {
     linked
 }
 
+/// `package` links none of `foreign`.
+fn assert_knows_nothing_of(package: &str, foreign: &[&str]) {
+    let linked = linked_by(package);
+    for foreign in foreign {
+        assert!(!linked.contains(*foreign), "{package} links {foreign}");
+    }
+}
+
 #[test]
 fn a_robot_links_nothing_of_the_arena() {
     let linked = linked_by("robot-agent");
     assert!(linked.contains("coverage") && linked.contains("protocol"), "{linked:?}");
-    for foreign in ["arena", "arena-daemon", "lamplight", "spade"] {
-        assert!(!linked.contains(foreign), "robot-agent links {foreign}");
-    }
+    assert_knows_nothing_of("robot-agent", &["arena", "arena-daemon", "scenario", "lamplight", "spade"]);
 }
 
 #[test]
 fn a_robots_mind_links_no_transport_and_no_generator_of_random_numbers() {
-    let linked = linked_by("coverage");
-    for foreign in ["iceoryx2", "rustix", "rand_core", "rand_chacha", "arena", "tracing"] {
-        assert!(!linked.contains(foreign), "coverage links {foreign}");
+    for mind in ["protocol", "coverage"] {
+        assert_knows_nothing_of(
+            mind,
+            &["transport", "iceoryx2", "rustix", "rand_core", "rand_chacha", "arena", "tracing"],
+        );
     }
 }
 
 #[test]
-fn the_arena_links_no_transport_of_its_own() {
-    let manifest =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../arena/Cargo.toml")).unwrap();
-    for foreign in ["iceoryx2", "rustix", "tokio", "tracing"] {
-        assert!(!manifest.contains(foreign), "arena names {foreign}");
-    }
+fn the_arena_links_no_transport_no_log_and_no_threads() {
+    assert_knows_nothing_of("arena", &["transport", "iceoryx2", "rustix", "tokio", "tracing", "rayon"]);
+}
+
+#[test]
+fn a_scenario_can_be_read_without_an_arena() {
+    assert_knows_nothing_of("scenario", &["arena", "coverage", "transport", "iceoryx2", "spade"]);
+}
+
+#[test]
+fn what_carries_messages_knows_neither_world_nor_mind() {
+    assert_knows_nothing_of("transport", &["arena", "scenario", "coverage"]);
 }
 
 /// The words by which a swarm's size or a pose in the arena would have to reach a robot.
@@ -61,7 +75,7 @@ fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
     let source = |file: &str| {
         std::fs::read_to_string(format!("{}/../protocol/src/{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap()
     };
-    for file in ["percept", "odometry", "setup", "frame", "packet"] {
+    for file in ["percept", "odometry", "controller", "setup", "frame", "packet"] {
         let code: String = source(file)
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"))

@@ -57,8 +57,8 @@ fn every_example_ends_as_the_guide_shows() {
         examples += 1;
     }
     fresh += rest;
-    assert!(examples >= arena::scenario::FaultKind::ALL.len(), "an example for each kind, not {examples}");
-    for kind in arena::scenario::FaultKind::ALL {
+    assert!(examples >= scenario::FaultKind::ALL.len(), "an example for each kind, not {examples}");
+    for kind in scenario::FaultKind::ALL {
         assert!(guide.contains(&format!("### `{}`: ", kind.name())), "no section about {}", kind.name());
     }
     if env::var_os("UPDATE_EXPECT").is_some() {

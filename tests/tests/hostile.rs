@@ -4,23 +4,26 @@
 
 use std::time::Duration;
 
-use coverage::Controller;
+use coverage::CoverageController;
 use protocol::{
-    codec,
     command::Command,
-    doorbell::{Doorbell, Ring},
+    controller::Controller,
     frame::BodyVector,
     percept::{Percept, Tick},
-    raw::{BOOT_TICK, RawCommand},
     robot_id::RobotId,
-    run_dir::RunDir,
-    services::{AgentPorts, Medium},
     setup::AgentSetup,
 };
 use rustix::process::{Signal, getpid};
 use tests::{
     live::{LiveRun, signal},
     programs::{Run, said},
+};
+use transport::{
+    codec,
+    doorbell::{Doorbell, Ring},
+    raw::{BOOT_TICK, RawCommand},
+    run_dir::RunDir,
+    services::{AgentPorts, Session},
 };
 
 /// Name of the run that an agent of ours joins, for the process that this test starts.
@@ -47,9 +50,9 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
-    let medium = Medium::enter(&folder).unwrap();
+    let medium = Session::enter(&folder).unwrap();
     let mut ports = medium.join(ROBOT, setup.plane).unwrap();
-    let mut mind = Controller::new(ROBOT, setup.controller);
+    let mut mind = CoverageController::new(ROBOT, setup.controller);
     let mut seen = bell.round();
     ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
     loop {
@@ -63,7 +66,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
             None => continue,
             Some(read) => assert_eq!(read, Ok(0)),
         }
-        let honest = mind.step(&percept);
+        let honest = mind.step(&percept, &mut ());
         if misbehave(&mut ports, percept.tick, &honest) == Honesty::AfterAll {
             ports.send(raw(percept.tick, &honest)).unwrap();
         }
@@ -211,7 +214,7 @@ fn an_agent_that_dies_as_it_joins() {
     let Ok(name) = std::env::var(RUN) else { return };
     let (folder, _) = RunDir::open(name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
-    let _ports = Medium::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
+    let _ports = Session::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
     signal(getpid(), Signal::KILL);
 }
 

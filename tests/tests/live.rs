@@ -44,7 +44,7 @@ fn sample(text: &str, key: &str) -> Option<f64> {
     Some(value.parse().unwrap())
 }
 
-/// What the run's socket tells.
+/// Snapshot that the run's socket gives.
 fn snapshot(run: &LiveRun) -> Value {
     let mut stream = UnixStream::connect(format!("/dev/shm/lamplight-{}/live", run.name)).unwrap();
     let mut line = String::new();

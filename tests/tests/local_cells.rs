@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{
-    Arena,
-    scenario::{Override, Scenario},
-};
-use coverage::Controller;
-use protocol::{robot_id::RobotId, setup::Mode};
+use arena::Arena;
+use coverage::CoverageController;
+use protocol::{controller::Controller, robot_id::RobotId, setup::Mode};
+use scenario::{Override, Scenario};
 use tests::programs;
 
 const SEEDS: u64 = 150;
@@ -19,12 +17,13 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario("swarmbots"), &sets).unwrap();
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> = (0..robots).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+    let mut minds: Vec<_> =
+        (0..robots).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let boots: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let percepts = arena.tick(&boots).unwrap();
     let answers: Vec<_> =
-        minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+        minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept, &mut ()))).collect();
     arena.metrics(&answers).cell_agreement.unwrap()
 }
 

@@ -2,13 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{
-    Arena,
-    metrics::Metrics,
-    scenario::{Override, Scenario},
-};
-use coverage::Controller;
-use protocol::{robot_id::RobotId, setup::Mode};
+use arena::{Arena, metrics::Metrics};
+use coverage::CoverageController;
+use protocol::{controller::Controller, robot_id::RobotId, setup::Mode};
+use scenario::{Override, Scenario};
 use tests::programs;
 
 const SEEDS: u64 = 20;
@@ -35,14 +32,18 @@ fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Met
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario(scenario), &sets).unwrap();
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> =
-        (0..scenario.robot_count()).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+    let mut minds: Vec<_> = (0..scenario.robot_count())
+        .map(|index| CoverageController::new(RobotId::first(index), setup))
+        .collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     for tick in 0..=scenario.ticks() {
         if let Some(percepts) = arena.tick(&commands) {
-            commands =
-                minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept))).collect();
+            commands = minds
+                .iter_mut()
+                .zip(percepts)
+                .map(|(mind, percept)| Some(mind.step(percept, &mut ())))
+                .collect();
         }
         if tick.is_multiple_of(scenario.sample_every_ticks()) {
             look(arena.time_s(), &arena.metrics(&commands));

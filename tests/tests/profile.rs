@@ -1,4 +1,4 @@
-//! What a run says about its agents: everywhere the same, complete, and readable by others.
+//! Measurements of agents in a run's results: everywhere the same, complete, and readable by others.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

@@ -81,7 +81,7 @@ fn a_trace_shows_cycles_packets_and_faults() {
     );
 }
 
-/// What the viewer has found in a trace.
+/// Content of a trace, as the viewer has found it.
 #[derive(Debug, Deserialize)]
 struct Opened {
     warnings: Vec<String>,

@@ -1,17 +1,12 @@
-//! `arena` and a robot's whole mind against exact arithmetic: Voronoi cells, Section V.
+//! `arena` and a robot's whole controller against exact arithmetic: Voronoi cells, Section V.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{
-    Arena,
-    frame::ArenaPoint,
-    metrics::Partition,
-    scenario::{Override, Scenario},
-    voronoi::delaunay_neighbors,
-};
-use coverage::{Controller, moments::Moments};
+use arena::{Arena, frame::ArenaPoint, metrics::Partition, voronoi::delaunay_neighbors};
+use coverage::{CoverageController, moments::Moments};
 use nalgebra::Vector2;
-use protocol::{command::Command, frame::BodyVector, robot_id::RobotId, setup::Mode};
+use protocol::{command::Command, controller::Controller, frame::BodyVector, robot_id::RobotId, setup::Mode};
+use scenario::{Override, Scenario};
 use serde::Deserialize;
 use tests::{
     programs,
@@ -79,13 +74,14 @@ fn shares_only_a_point(cell: &[Vector2<f64>], sites: &[ArenaPoint], own: usize, 
 /// One tick of `scenario` in process: each robot's estimated error ê in the arena's axes.
 fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> =
-        (0..scenario.robot_count()).map(|index| Controller::new(RobotId::first(index), setup)).collect();
+    let mut minds: Vec<_> = (0..scenario.robot_count())
+        .map(|index| CoverageController::new(RobotId::first(index), setup))
+        .collect();
     let mut arena = Arena::new(scenario).unwrap();
     let boots: Vec<Option<Command>> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let percepts = arena.tick(&boots).expect("a cycle begins at tick 0").to_vec();
     let answers: Vec<Command> =
-        minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept)).collect();
+        minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept, &mut ())).collect();
     // The references let a robot without a goal stay where it is.
     let error = |command: &Command| command.estimated_error.unwrap_or(BodyVector::HERE);
     answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(error(command))).collect()

@@ -17,7 +17,7 @@ use super::{Live, prometheus, server};
 const REQUEST_MAX: usize = 8192;
 /// Most headers that are read.
 const HEADERS_MAX: usize = 64;
-/// What a scrape is: Prometheus text of this version.
+/// Content type of a scrape: Prometheus text of this version.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// Where metrics are served: `127.0.0.1:9464`, `[::1]:9464`, or `:9464` on this machine alone.
@@ -99,12 +99,12 @@ fn answer(live: &Live, text: &[u8], ended: bool) -> Option<Vec<u8>> {
     Some(if head_only { head } else { head + &body }.into_bytes())
 }
 
-/// What a client wants.
+/// Request of a client.
 #[derive(Debug)]
 enum Request {
     /// To read something.
     Get { path: String, head_only: bool },
-    /// What nobody can do here.
+    /// A method that is not served.
     Other,
     /// Nothing that is HTTP.
     Broken,

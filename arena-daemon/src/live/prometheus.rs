@@ -4,14 +4,14 @@
 
 use std::fmt::{Display, Write};
 
-use super::{Agents, Dropped, Snapshot, Standing};
+use super::{Agents, Dropped, Participation, Snapshot};
 use crate::profile::{Quantiles, Stage};
 
 /// Robots with metrics of their own: those with the lowest indices. `lamplight_robots_without_metrics` counts the
 /// others.
 pub const ROBOTS_MAX: usize = 1024;
 
-/// What kind a metric is, as the format spells it.
+/// Type of a metric, as the format spells it.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Counter,
@@ -115,8 +115,8 @@ fn waiting(text: &mut String, snapshot: &Snapshot) {
 
 fn robots(text: &mut String, snapshot: &Snapshot) {
     let mut metric = begin(text, Kind::Gauge, "lamplight_robots", "Robots by whether they take part.");
-    for standing in Standing::ALL {
-        metric.value(&[("standing", &standing.name())], snapshot.count(standing) as f64);
+    for participation in Participation::ALL {
+        metric.value(&[("standing", &participation.name())], snapshot.count(participation) as f64);
     }
     let named = &snapshot.robots[..snapshot.robots.len().min(ROBOTS_MAX)];
     let help = "Robots beyond the bound on metrics of their own.";
@@ -124,7 +124,7 @@ fn robots(text: &mut String, snapshot: &Snapshot) {
         .value(&[], (snapshot.robots.len() - named.len()) as f64);
     let mut metric = begin(text, Kind::Gauge, "lamplight_robot_present", "1 if the robot takes part.");
     for robot in named {
-        let present = robot.standing == Standing::Present;
+        let present = robot.participation == Participation::Present;
         metric.value(&[("robot", &robot.id.index)], f64::from(u8::from(present)));
     }
     let mut metric =

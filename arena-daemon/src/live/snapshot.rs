@@ -32,11 +32,11 @@ pub struct Snapshot {
     pub packets: Packets,
     /// Wall time of a tick, in the last seconds; `None` if nobody has watched for long enough.
     pub tick_time: Option<Quantiles>,
-    /// What the agents took, in the last seconds; the same.
+    /// Times that agents took, in the last seconds; the same.
     pub agents: Option<Agents>,
     /// All robots, by index.
     pub robots: Vec<Robot>,
-    /// Who is waited for.
+    /// Robots that are waited for.
     pub waiting: Option<Waiting>,
     /// Clients of the run's sockets that have not got their answer.
     pub dropped: Dropped,
@@ -51,7 +51,7 @@ pub struct Dropped {
     pub crowded_out: u64,
 }
 
-/// What does not change in a run.
+/// Facts that do not change in a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the run, or of the scenario if the run has none.
@@ -78,14 +78,14 @@ pub enum Phase {
     Over,
 }
 
-/// What agents took. `None` where nothing was measured.
+/// Times that agents took. `None` where nothing was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agents {
     /// Stages of their cycles, in their order.
     pub stages: [Option<Quantiles>; Stage::ALL.len()],
     /// Whole cycles.
     pub cycle: Option<Quantiles>,
-    /// What carrying a packet took beyond what is modeled.
+    /// Transport time of a packet, beyond what is modeled.
     pub packet: Option<Quantiles>,
 }
 
@@ -103,7 +103,7 @@ pub struct Robot {
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
     /// Whether it takes part.
-    pub standing: Standing,
+    pub participation: Participation,
     /// Its last cycles, if they are measured.
     pub cycles: Option<RecentCycles>,
     /// In real time, timer periods that went by without a cycle.
@@ -115,7 +115,7 @@ pub struct Robot {
 /// Whether a robot takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standing {
+pub enum Participation {
     /// Its agent has not joined yet.
     Expected,
     /// It does.
@@ -128,7 +128,7 @@ pub enum Standing {
     Out,
 }
 
-impl Standing {
+impl Participation {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Expected, Self::Present, Self::Paused, Self::Down, Self::Out];
 
@@ -157,7 +157,7 @@ pub struct Waiting {
     pub robots: Vec<Waited>,
 }
 
-/// What is waited for.
+/// Reason why robots are waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Awaited {
@@ -176,7 +176,7 @@ pub struct Waited {
     pub id: RobotId,
     /// Process of its agent, if it has one.
     pub pid: Option<u32>,
-    /// What that process is doing, in a word.
+    /// State of that process, in a word.
     pub state: Option<String>,
     /// Since when, seconds.
     pub for_s: f64,
@@ -208,8 +208,8 @@ impl Snapshot {
     }
 
     /// How many robots stand so.
-    pub fn count(&self, standing: Standing) -> usize {
-        self.robots.iter().filter(|robot| robot.standing == standing).count()
+    pub fn count(&self, participation: Participation) -> usize {
+        self.robots.iter().filter(|robot| robot.participation == participation).count()
     }
 }
 

@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use protocol::run_dir::RunDir;
+use transport::run_dir::RunDir;
 
 use super::{Live, Snapshot, server};
 

@@ -4,7 +4,7 @@ use arena::frame::Pose;
 use protocol::command::Command;
 use serde::Serialize;
 
-use crate::{profile::Columns, squad::Standing};
+use crate::{profile::Columns, squad::RobotStatus};
 
 #[derive(Serialize)]
 pub(super) struct RobotRow {
@@ -47,7 +47,7 @@ pub(super) struct RobotRow {
 
 impl RobotRow {
     pub(super) fn new(
-        standing: &Standing,
+        standing: &RobotStatus,
         answer: Option<&Command>,
         pose: &Pose,
         heard: u64,

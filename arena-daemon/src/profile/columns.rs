@@ -1,6 +1,6 @@
-//! What `robots.csv` says about the agent of one robot. A column is empty where nothing was measured.
+//! Columns of `robots.csv` about the agent of one robot. A column is empty where nothing was measured.
 
-use protocol::cycles::Source;
+use transport::clock::Source;
 
 use super::{
     Profile,

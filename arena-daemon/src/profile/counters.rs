@@ -7,7 +7,7 @@ use rustix::process::{Resource, getrlimit};
 
 use crate::process::Process;
 
-/// What the processor counted of one agent in user space, from the time all had joined.
+/// Processor counters of one agent in user space, from the time all had joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counted {
     /// Instructions carried out.
@@ -64,7 +64,7 @@ impl Counters {
         &self.told
     }
 
-    /// What has been counted for robot `index`, if it is still in the life that it had at the beginning.
+    /// Reads the counters of robot `index`, if it is still in the life that it had at the beginning.
     pub(super) fn read(&mut self, index: usize, process: Process) -> Option<Counted> {
         let agent = self.agents.get_mut(index)?.as_mut()?;
         let [instructions, core_cycles] =

@@ -9,7 +9,7 @@ pub enum Stage {
     Wake,
     /// The percept is read and checked.
     Receive,
-    /// What was heard is put into the neighbor table.
+    /// Deliveries are put into the neighbor table.
     Neighbors,
     /// The local cell is cut and closed.
     Cell,

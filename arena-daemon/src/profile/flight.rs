@@ -15,7 +15,7 @@ const REMEMBERED: usize = 4;
 pub(super) struct Origins {
     /// The last one: nearly all that is asked for, and small enough for the nearest cache.
     latest: Vec<Origin>,
-    /// Those before it, and it too.
+    /// The last few, the last one included.
     recent: Vec<[Origin; REMEMBERED]>,
 }
 
@@ -48,7 +48,7 @@ impl Origins {
         self.recent[index][packet.sequence as usize % REMEMBERED] = origin;
     }
 
-    /// First part of a packet, if it is known: a first word, a packet delayed for long, or one in a false name
+    /// First part of a packet, if it is known: a first packet, a packet delayed for long, or one in a false name
     /// has none.
     #[inline]
     pub(super) fn of(&self, packet: &Packet) -> Option<u32> {

@@ -1,4 +1,4 @@
-//! What is known of one robot, or of all: a histogram of nanoseconds for each thing that is measured.
+//! Histograms of one robot, or of all: one of nanoseconds for each thing that is measured.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -8,14 +8,14 @@ use super::cycle_times::Stage;
 /// Significant digits: a value is known to 1 in 128, and a histogram of up to 4 ms takes 8 kB.
 const DIGITS: u8 = 2;
 
-/// What is measured.
+/// A quantity that is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
     /// One stage of the cycle.
     Stage(Stage),
     /// From wake-up until the command was sent.
     Cycle,
-    /// What carrying a packet took beyond what is modeled.
+    /// Transport time of a packet, beyond what is modeled.
     Packet,
     /// How much later or earlier in its period an agent wakes up than the time before.
     Jitter,

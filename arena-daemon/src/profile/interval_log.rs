@@ -74,7 +74,8 @@ mod tests {
             interval_log::{IntervalLogIterator, LogEntry},
         },
     };
-    use protocol::{cycles::Source, setup::Mode};
+    use protocol::setup::Mode;
+    use transport::clock::Source;
 
     use super::*;
     use crate::profile::{ClockUsed, RobotProfile, Stage};

@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use protocol::{
-    cycles::Stamp,
-    percept::{Percept, Tick},
+use protocol::percept::{Percept, Tick};
+use transport::{
+    clock::Stamp,
     raw::{BOOT_TICK, RawTimes},
 };
 
@@ -36,7 +36,7 @@ struct Page {
     first_ns: Vec<u32>,
     /// Which of them a robot gets; of this round only if the tick is.
     heard: Vec<Heard>,
-    /// What it answers; of this round only if the tick is.
+    /// Its answers; of this round only if the tick is.
     answers: Vec<Answer>,
 }
 
@@ -47,21 +47,21 @@ struct Heard {
     end: u32,
 }
 
-/// What is read of one robot at once. Kept for its memory alone.
+/// Excerpt of one robot's rounds, read at once. Kept for its memory alone.
 #[derive(Debug, Default)]
 pub(super) struct Excerpt {
-    /// What it has answered, in order of rounds.
+    /// Its answers, in order of rounds.
     pub(super) answers: Vec<Answer>,
-    /// What the packets took that it had heard in those rounds, as far as that is known.
+    /// Transport times of packets that it had heard in those rounds, as far as they are known.
     pub(super) packets_ns: Vec<u64>,
     heard: Vec<(usize, Heard, u32)>,
 }
 
-/// What one agent says about its cycle: one line of cache.
+/// One agent's times of its cycle: one line of cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Answer {
-    /// Whose percept it answers.
+    /// The tick of the percept it answers.
     pub(super) tick: Tick,
     /// From ring or deadline until it ran.
     pub(super) wake_ns: u32,

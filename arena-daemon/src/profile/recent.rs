@@ -31,18 +31,18 @@ struct Robot {
     wake_ns: u32,
 }
 
-/// What agents took in the last moments. `None` where nothing was measured.
+/// Times that agents took in the last moments. `None` where nothing was measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecentTimes {
     /// Stages of their cycles, in the order of [`Stage::ALL`].
     pub stages: [Option<Quantiles>; Stage::ALL.len()],
     /// Whole cycles.
     pub cycle: Option<Quantiles>,
-    /// What carrying a packet took beyond what is modeled.
+    /// Transport time of a packet, beyond what is modeled.
     pub packet: Option<Quantiles>,
 }
 
-/// What the agent of one robot took in its last cycles, microseconds.
+/// Times that one robot's agent took in its last cycles, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RecentCycles {
     /// The last one.

@@ -12,10 +12,12 @@ use std::{
 
 use protocol::{
     command::Command,
-    cycles::{Calibration, Clock, Rate, Stamp},
     percept::{Percept, Tick},
-    raw::{BOOT_TICK, RawTimes},
     setup::Mode,
+};
+use transport::{
+    clock::{Calibration, Clock, Rate, Stamp},
+    raw::{BOOT_TICK, RawTimes},
 };
 
 use super::{
@@ -72,7 +74,7 @@ struct Began {
     rate: Rate,
 }
 
-/// What is kept of one robot, whatever life it is in.
+/// Records of one robot, whatever life it is in.
 #[derive(Debug, Default)]
 struct Robot {
     /// The first round that is not in the tallies.
@@ -142,12 +144,12 @@ impl Recorder {
         }
     }
 
-    /// What agents took in the last moments, as long as it is [watched](Recorder::watch).
+    /// Times that agents took in the last moments, as long as it is [watched](Recorder::watch).
     pub fn recent_times(&mut self) -> Option<RecentTimes> {
         Some(self.recent.as_mut()?.times(Instant::now()))
     }
 
-    /// What the agent of robot `index` took in its last cycles, as long as it is [watched](Recorder::watch).
+    /// Times that robot `index` took in its last cycles, as long as it is [watched](Recorder::watch).
     pub fn recent_cycles(&self, index: usize) -> Option<RecentCycles> {
         self.recent.as_ref()?.cycles(index)
     }
@@ -244,7 +246,7 @@ impl Recorder {
         }
     }
 
-    /// Who watches wants to know soon, and a trace wants the cycles of a tick together.
+    /// Whether cycles are wanted soon: by who watches, or by a trace, which wants those of a tick together.
     fn is_urgent(&self) -> bool {
         self.recent.is_some() || self.tracer.is_on()
     }
@@ -258,7 +260,7 @@ impl Recorder {
         robot.missed_before += u64::from(mem::take(&mut robot.missed));
     }
 
-    /// What has been measured. `processes` are those of the agents that are still there, by robot.
+    /// Returns what has been measured. `processes` are those of the agents that are still there, by robot.
     pub fn finish(mut self, processes: impl IntoIterator<Item = Option<Process>>) -> Option<Profile> {
         let began = self.began?;
         for index in 0..self.robots.len() {

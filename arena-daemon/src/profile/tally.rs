@@ -16,7 +16,7 @@ const PARTS: usize = 128;
 pub(super) struct Tallies([Tally; Span::ALL.len()]);
 
 impl Tallies {
-    /// What counts the values of one thing that is measured.
+    /// Returns the tally of one quantity.
     pub(super) fn of(&mut self, span: Span) -> &mut Tally {
         &mut self.0[span.index()]
     }

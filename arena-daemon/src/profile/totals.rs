@@ -1,7 +1,7 @@
 //! The object `agents` of `summary.json`: all agents in a few numbers.
 
-use protocol::cycles::Source;
 use serde::Serialize;
+use transport::clock::Source;
 
 use super::{
     ClockUsed, Profile, RobotProfile, Usage,
@@ -20,7 +20,7 @@ pub struct Totals {
     pub stages_us: StagesUs,
     /// From wake-up until the command was sent.
     pub cycle_us: Option<Spread>,
-    /// What carrying a packet took beyond what is modeled.
+    /// Transport time of a packet, beyond what is modeled.
     pub packet_latency_us: Option<Spread>,
     /// In real time: how much later or earlier in its period an agent woke up than the time before.
     pub period_jitter_us: Option<Spread>,
@@ -68,9 +68,9 @@ pub struct Processes {
     pub faults_minor: Option<u64>,
     /// Page faults that did.
     pub faults_major: Option<u64>,
-    /// What they have in memory; what they share counts once for each.
+    /// Memory in use; what they share counts once for each.
     pub rss_kb: Option<u64>,
-    /// What they have in memory; what they share counts once. `null` where the kernel does not tell.
+    /// Memory in use; what they share counts once. `null` where the kernel does not tell.
     pub pss_kb: Option<u64>,
 }
 

@@ -1,10 +1,10 @@
-//! What a process has used so far, as the operating system tells in `/proc/PID`.
+//! Resources that a process has used so far, as the operating system tells in `/proc/PID`.
 
 use std::fs;
 
 use crate::process::{Process, State};
 
-/// What one process has used. Times and switches are those of its main thread: agents have no other.
+/// Resources that one process has used. Times and switches are those of its main thread: agents have no other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
     /// Time on a processor, nanoseconds, user and kernel together.

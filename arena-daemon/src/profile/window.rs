@@ -20,7 +20,7 @@ pub struct Window {
     sum_ns: u64,
 }
 
-/// What a [`Window`] holds, in a few numbers.
+/// Quantiles, count and sum of a [`Window`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// Median of the last 5 to 10 s, microseconds.

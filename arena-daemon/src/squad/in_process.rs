@@ -3,56 +3,55 @@
 
 use std::sync::Arc;
 
-use arena::fault::{Act, Strike};
-use coverage::Controller;
+use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
     command::Command,
+    controller::Controller,
     percept::{Percept, Tick},
     robot_id::RobotId,
-    setup::ControllerSetup,
 };
 
-use super::{Answers, Squad, SquadError, Standing};
+use super::{Answers, RobotStatus, Squad, SquadError};
 use crate::{
-    live::{self, Live, Survey},
+    live::{self, Live, SquadStatus},
     stop::StopFlag,
 };
 
-/// All minds of a run.
+/// The controllers of all robots, in this process: any `C`, which `N` makes for each life of a robot.
 #[derive(Debug)]
-pub struct InProcess {
-    minds: Vec<Mind>,
-    setup: ControllerSetup,
+pub struct InProcess<C, N> {
+    robots: Vec<Life<C>>,
+    new: N,
     live: Option<Arc<Live>>,
 }
 
 /// One life of a robot.
 #[derive(Debug)]
-struct Mind {
+struct Life<C> {
     id: RobotId,
     /// `None` once it has been killed.
-    controller: Option<Controller>,
+    controller: Option<C>,
     /// It does nothing and keeps its memory.
     paused: bool,
 }
 
-impl InProcess {
-    /// The minds of so many robots, all with the same parameters.
-    pub fn new(robots: u32, setup: ControllerSetup) -> Self {
-        let minds = (0..robots).map(|index| Mind::new(RobotId::first(index), setup)).collect();
-        Self { minds, setup, live: None }
+impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
+    /// So many robots, each with a controller of its own that `new` makes.
+    pub fn new(robots: u32, new: N) -> Self {
+        let robots = (0..robots).map(RobotId::first).map(|id| Life::new(id, new(id))).collect();
+        Self { robots, new, live: None }
     }
 
-    /// The same, watched by whom `live` is handed out to.
+    /// The same, with `live` for those who watch.
     #[must_use]
     pub fn watched(self, live: Option<Arc<Live>>) -> Self {
         Self { live, ..self }
     }
 }
 
-impl Mind {
-    fn new(id: RobotId, setup: ControllerSetup) -> Self {
-        Self { id, controller: Some(Controller::new(id, setup)), paused: false }
+impl<C: Controller> Life<C> {
+    fn new(id: RobotId, controller: C) -> Self {
+        Self { id, controller: Some(controller), paused: false }
     }
 
     fn boot(&mut self) -> Option<Command> {
@@ -60,29 +59,35 @@ impl Mind {
     }
 
     fn step(&mut self, percept: &Percept) -> Option<Command> {
-        self.awake().map(|controller| controller.step(percept))
+        self.awake().map(|controller| controller.step(percept, &mut ()))
     }
 
-    fn awake(&mut self) -> Option<&mut Controller> {
+    fn awake(&mut self) -> Option<&mut C> {
         self.controller.as_mut().filter(|_| !self.paused)
     }
 }
 
-impl Squad for InProcess {
-    fn muster(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
-        Ok(self.minds.iter_mut().map(Mind::boot).collect())
+impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
+    fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
+        Ok(self.robots.iter_mut().map(Life::boot).collect())
     }
 
-    fn strike(&mut self, _: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
-        for &Strike { robot, act } in strikes {
-            let (mind, answer) = (&mut self.minds[robot as usize], &mut answers[robot as usize]);
-            match act {
-                Act::Kill => (mind.controller, *answer) = (None, None),
-                Act::Pause => (mind.paused, *answer) = (true, None),
-                Act::Resume => mind.paused = false,
-                Act::Restart => {
-                    *mind = Mind::new(mind.id.reborn(), self.setup);
-                    *answer = mind.boot();
+    fn apply_process_faults(
+        &mut self,
+        _: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        for &ProcessFault { robot, action } in process_faults {
+            let (life, answer) = (&mut self.robots[robot as usize], &mut answers[robot as usize]);
+            match action {
+                ProcessAction::Kill => (life.controller, *answer) = (None, None),
+                ProcessAction::Pause => (life.paused, *answer) = (true, None),
+                ProcessAction::Resume => life.paused = false,
+                ProcessAction::Restart => {
+                    let id = life.id.reborn();
+                    *life = Life::new(id, (self.new)(id));
+                    *answer = life.boot();
                 }
             }
         }
@@ -90,8 +95,8 @@ impl Squad for InProcess {
     }
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
-        for ((mind, percept), answer) in self.minds.iter_mut().zip(percepts).zip(answers) {
-            *answer = mind.step(percept);
+        for ((life, percept), answer) in self.robots.iter_mut().zip(percepts).zip(answers) {
+            *answer = life.step(percept);
         }
         Ok(())
     }
@@ -100,59 +105,65 @@ impl Squad for InProcess {
         self.live.clone()
     }
 
-    /// Nobody measures them.
-    fn survey(&mut self, _watched: bool) -> Survey {
-        let robot = |mind: &Mind| live::Robot {
-            id: mind.id,
+    /// Returns the status of all robots; nobody measures them.
+    fn status_of_robots(&mut self, _watched: bool) -> SquadStatus {
+        let robot = |life: &Life<C>| live::Robot {
+            id: life.id,
             pid: None,
-            standing: match mind {
-                Mind { controller: None, .. } => live::Standing::Down,
-                Mind { paused: true, .. } => live::Standing::Paused,
-                Mind { .. } => live::Standing::Present,
+            participation: match life {
+                Life { controller: None, .. } => live::Participation::Down,
+                Life { paused: true, .. } => live::Participation::Paused,
+                Life { .. } => live::Participation::Present,
             },
             cycles: None,
             missed_deadlines: 0,
             refused: 0,
         };
-        Survey { robots: self.minds.iter().map(robot).collect(), ..Survey::default() }
+        SquadStatus { robots: self.robots.iter().map(robot).collect(), ..SquadStatus::default() }
     }
 
     fn dismiss(&mut self) {}
 
-    fn standings(&self) -> Vec<Standing> {
-        let standing = |mind: &Mind| Standing {
-            id: mind.id,
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        let standing = |life: &Life<C>| RobotStatus {
+            id: life.id,
             pid: None,
-            alive: mind.controller.is_some(),
-            paused: mind.controller.is_some() && mind.paused,
+            alive: life.controller.is_some(),
+            paused: life.controller.is_some() && life.paused,
             refused: 0,
         };
-        self.minds.iter().map(standing).collect()
+        self.robots.iter().map(standing).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use arena::scenario::Scenario;
+    use coverage::CoverageController;
+    use scenario::Scenario;
 
     use super::*;
 
     const ROBOTS: u32 = 3;
 
-    fn squad() -> (InProcess, Answers) {
+    fn squad() -> (impl Squad, Answers) {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../scenarios/swarmbots.toml"), &[]).unwrap();
         let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
-        let mut squad = InProcess::new(ROBOTS, setup);
-        let answers = squad.muster(&StopFlag::default()).unwrap();
+        let mut squad = InProcess::new(ROBOTS, move |id| CoverageController::new(id, setup));
+        let answers = squad.join_all(&StopFlag::default()).unwrap();
         (squad, answers)
     }
 
-    fn strike(squad: &mut InProcess, answers: &mut Answers, robot: u32, act: Act) {
-        squad.strike(0, &[Strike { robot, act }], answers).unwrap();
+    fn apply_process_faults(
+        squad: &mut impl Squad,
+        answers: &mut Answers,
+        robot: u32,
+        action: ProcessAction,
+    ) {
+        squad.apply_process_faults(0, &[ProcessFault { robot, action }], answers).unwrap();
     }
 
-    fn exchange(squad: &mut InProcess, answers: &mut Answers, tick: Tick) {
+    fn exchange(squad: &mut impl Squad, answers: &mut Answers, tick: Tick) {
         let percepts = vec![Percept::empty(tick); ROBOTS as usize];
         squad.exchange(&percepts, answers).unwrap();
     }
@@ -164,19 +175,19 @@ mod tests {
     #[test]
     fn a_killed_robot_is_silent_until_a_new_life_begins() {
         let (mut squad, mut answers) = squad();
-        strike(&mut squad, &mut answers, 1, Act::Kill);
+        apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Kill);
         assert_eq!(answers[1], None);
         exchange(&mut squad, &mut answers, 0);
         assert!(answers[0].is_some() && answers[1].is_none());
-        for ignored in [Act::Pause, Act::Resume] {
-            strike(&mut squad, &mut answers, 1, ignored);
-            assert_eq!(squad.standings()[1].id, RobotId::first(1));
-            assert!(!squad.standings()[1].alive);
+        for ignored in [ProcessAction::Pause, ProcessAction::Resume] {
+            apply_process_faults(&mut squad, &mut answers, 1, ignored);
+            assert_eq!(squad.robot_statuses()[1].id, RobotId::first(1));
+            assert!(!squad.robot_statuses()[1].alive);
         }
-        strike(&mut squad, &mut answers, 1, Act::Restart);
+        apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Restart);
         let born = RobotId { index: 1, incarnation: 1 };
         assert_eq!(answers[1].unwrap().packet.sender, born);
-        assert_eq!((squad.standings()[1].id, squad.standings()[1].alive), (born, true));
+        assert_eq!((squad.robot_statuses()[1].id, squad.robot_statuses()[1].alive), (born, true));
     }
 
     #[test]
@@ -184,23 +195,26 @@ mod tests {
         let (mut squad, mut answers) = squad();
         exchange(&mut squad, &mut answers, 0);
         let before = sequence(&answers, 2);
-        strike(&mut squad, &mut answers, 2, Act::Pause);
+        apply_process_faults(&mut squad, &mut answers, 2, ProcessAction::Pause);
         exchange(&mut squad, &mut answers, 1);
         assert_eq!(answers[2], None);
-        assert!(squad.standings()[2].alive && squad.standings()[2].paused);
-        strike(&mut squad, &mut answers, 2, Act::Resume);
+        assert!(squad.robot_statuses()[2].alive && squad.robot_statuses()[2].paused);
+        apply_process_faults(&mut squad, &mut answers, 2, ProcessAction::Resume);
         assert_eq!(answers[2], None, "it has not been asked yet");
         exchange(&mut squad, &mut answers, 2);
         assert_eq!(sequence(&answers, 2), before.map(|sequence| sequence + 1));
-        assert_eq!((squad.standings()[2].id, squad.standings()[2].paused), (RobotId::first(2), false));
+        assert_eq!(
+            (squad.robot_statuses()[2].id, squad.robot_statuses()[2].paused),
+            (RobotId::first(2), false)
+        );
     }
 
     #[test]
     fn a_robot_killed_in_its_pause_does_not_go_on() {
         let (mut squad, mut answers) = squad();
-        strike(&mut squad, &mut answers, 0, Act::Pause);
-        strike(&mut squad, &mut answers, 0, Act::Kill);
-        strike(&mut squad, &mut answers, 0, Act::Resume);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Pause);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Kill);
+        apply_process_faults(&mut squad, &mut answers, 0, ProcessAction::Resume);
         exchange(&mut squad, &mut answers, 0);
         assert_eq!(answers[0], None);
     }

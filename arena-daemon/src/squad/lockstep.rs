@@ -2,21 +2,19 @@
 
 use std::{mem, sync::Arc, thread, time::Duration};
 
-use arena::{
-    fault::{Act, Strike},
-    scenario::Scenario,
-};
+use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
     percept::{Percept, Tick},
     setup::Mode,
 };
+use scenario::Scenario;
 
 use super::{
-    Answers, Incident, Squad, SquadError, Standing,
-    members::{Heard, Hosting, Members},
+    Answers, Incident, RobotStatus, Squad, SquadError,
+    roster::{Heard, HostConfig, Roster},
 };
 use crate::{
-    live::{Awaited, Live, Survey},
+    live::{Awaited, Live, SquadStatus},
     profile::Profile,
     standstill::Moment,
     stop::StopFlag,
@@ -30,11 +28,11 @@ const EARLY_RING: Duration = Duration::from_millis(1);
 /// Agents that answer tick by tick.
 #[derive(Debug)]
 pub struct Lockstep {
-    members: Members,
+    members: Roster,
     stop: StopFlag,
     /// Whether everybody has been there once.
-    mustered: bool,
-    /// Whom the present tick waits for; kept for its memory alone.
+    joined: bool,
+    /// Robots that the present tick waits for; kept for its memory alone.
     awaited: Vec<usize>,
 }
 
@@ -47,16 +45,16 @@ pub struct Trial<'a> {
 
 impl Lockstep {
     /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
-    pub fn open(scenario: &Scenario, hosting: Hosting, stop: StopFlag) -> Result<Self, SquadError> {
+    pub fn open(scenario: &Scenario, host: HostConfig, stop: StopFlag) -> Result<Self, SquadError> {
         Ok(Self {
-            members: Members::open(scenario, Mode::Lockstep, hosting)?,
+            members: Roster::open(scenario, Mode::Lockstep, host)?,
             stop,
-            mustered: false,
+            joined: false,
             awaited: Vec::new(),
         })
     }
 
-    /// Plays one trial of `scenario` after another by the same agents: once it has been mustered, the squad
+    /// Plays one trial of `scenario` after another by the same agents: once it has been joined, the squad
     /// is not dismissed but begins anew. Between two trials it must be whole, and have as many robots.
     pub fn trial<'a>(&'a mut self, scenario: &'a Scenario) -> Trial<'a> {
         Trial { squad: self, scenario }
@@ -135,21 +133,28 @@ impl Lockstep {
 }
 
 impl Squad for Lockstep {
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
-        self.mustered = true;
-        self.members.muster(stop)
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        self.joined = true;
+        self.members.join_all(stop)
     }
 
     /// Waits for every new life.
-    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
         let mut reborn = Vec::new();
-        for &strike in strikes {
-            if strike.act == Act::Pause {
+        for &process_fault in process_faults {
+            if process_fault.action == ProcessAction::Pause {
                 // A new life is there before it is paused, so that it takes part right after.
                 self.await_joining(mem::take(&mut reborn), tick, answers)?;
             }
-            if self.members.strike(strike, answers)? && strike.act == Act::Restart {
-                reborn.push(strike.robot as usize);
+            if self.members.apply_process_faults(process_fault, answers)?
+                && process_fault.action == ProcessAction::Restart
+            {
+                reborn.push(process_fault.robot as usize);
             }
         }
         self.await_joining(reborn, tick, answers)
@@ -180,16 +185,16 @@ impl Squad for Lockstep {
         self.members.live()
     }
 
-    fn survey(&mut self, watched: bool) -> Survey {
-        self.members.survey(watched)
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
+        self.members.status_of_robots(watched)
     }
 
     fn dismiss(&mut self) {
         self.members.dismiss();
     }
 
-    fn standings(&self) -> Vec<Standing> {
-        self.members.standings()
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.members.robot_statuses()
     }
 
     fn incidents(&self) -> &[Incident] {
@@ -198,15 +203,20 @@ impl Squad for Lockstep {
 }
 
 impl Squad for Trial<'_> {
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
-        match self.squad.mustered {
-            true => self.squad.members.muster_again(self.scenario, Mode::Lockstep, stop),
-            false => self.squad.muster(stop),
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        match self.squad.joined {
+            true => self.squad.members.rejoin_all(self.scenario, Mode::Lockstep, stop),
+            false => self.squad.join_all(stop),
         }
     }
 
-    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
-        self.squad.strike(tick, strikes, answers)
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        self.squad.apply_process_faults(tick, process_faults, answers)
     }
 
     fn left_out(&self) -> Vec<u32> {
@@ -217,15 +227,15 @@ impl Squad for Trial<'_> {
         self.squad.exchange(percepts, answers)
     }
 
-    fn survey(&mut self, watched: bool) -> Survey {
-        self.squad.survey(watched)
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
+        self.squad.status_of_robots(watched)
     }
 
     /// The next trial needs them.
     fn dismiss(&mut self) {}
 
-    fn standings(&self) -> Vec<Standing> {
-        self.squad.standings()
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.squad.robot_statuses()
     }
 
     fn incidents(&self) -> &[Incident] {

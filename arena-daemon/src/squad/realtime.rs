@@ -5,19 +5,20 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::{fault::Strike, scenario::Scenario};
+use arena::fault::ProcessFault;
 use protocol::{
     command::Command,
     percept::{Percept, Tick},
     setup::Mode,
 };
+use scenario::Scenario;
 
 use super::{
-    Answers, Incident, Squad, SquadError, Standing,
-    members::{Heard, Hosting, Members},
+    Answers, Incident, RobotStatus, Squad, SquadError,
+    roster::{Heard, HostConfig, Roster},
 };
 use crate::{
-    live::{Awaited, Live, Survey},
+    live::{Awaited, Live, SquadStatus},
     profile::Profile,
     standstill::Moment,
     stop::StopFlag,
@@ -28,7 +29,7 @@ use crate::{
 /// that the robot stands still and is silent.
 const HOLD_CYCLES: u64 = 3;
 
-/// Who has not been heard for longer than this, and than two cycles, is named to those who watch.
+/// A robot not heard for longer than this, and than two cycles, is named to those who watch.
 const SILENT: Duration = Duration::from_millis(500);
 
 /// The arena looks every cycle; when this much more time has passed, it was itself away.
@@ -37,7 +38,7 @@ const ABSENCE: Duration = Duration::from_millis(500);
 /// Agents that answer when they get to it.
 #[derive(Debug)]
 pub struct Realtime {
-    members: Members,
+    members: Roster,
     latest: Vec<Option<Latest>>,
     /// How often percepts have been exchanged: once per neighbor cycle.
     cycles: u64,
@@ -63,8 +64,8 @@ struct Latest {
 
 impl Realtime {
     /// Opens the run to agents.
-    pub fn open(scenario: &Scenario, hosting: Hosting) -> Result<Self, SquadError> {
-        let members = Members::open(scenario, Mode::Realtime, hosting)?;
+    pub fn open(scenario: &Scenario, host: HostConfig) -> Result<Self, SquadError> {
+        let members = Roster::open(scenario, Mode::Realtime, host)?;
         let latest = vec![None; scenario.robot_count() as usize];
         let cycle = Duration::from_secs_f64(scenario.cycle_s());
         Ok(Self { members, latest, cycles: 0, cycle, looked: Moment::now(), tick: 0 })
@@ -101,8 +102,8 @@ impl Realtime {
 }
 
 impl Squad for Realtime {
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
-        let answers = self.members.muster(stop)?;
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        let answers = self.members.join_all(stop)?;
         for (index, command) in answers.iter().enumerate() {
             if let Some(command) = command {
                 self.note(index, None, *command);
@@ -112,10 +113,15 @@ impl Squad for Realtime {
     }
 
     /// Waits for nobody: who begins a new life takes part once it is there.
-    fn strike(&mut self, _: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
-        for &strike in strikes {
-            let struck = self.members.strike(strike, answers)?;
-            if let Some(latest) = self.latest[strike.robot as usize].as_mut().filter(|_| struck) {
+    fn apply_process_faults(
+        &mut self,
+        _: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        for &process_fault in process_faults {
+            let struck = self.members.apply_process_faults(process_fault, answers)?;
+            if let Some(latest) = self.latest[process_fault.robot as usize].as_mut().filter(|_| struck) {
                 // What it has said no longer stands; a pause is no silence to be blamed for.
                 (latest.stands_since, latest.arrived) = (None, Moment::now());
             }
@@ -162,7 +168,7 @@ impl Squad for Realtime {
     }
 
     /// Answers are taken in when they are there, so that what they took is known; they count from the next tick on.
-    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
+    fn poll_until(&mut self, due: Instant) -> Result<(), SquadError> {
         let mut signed = Vec::with_capacity(self.latest.len());
         loop {
             // First, so that an answer that comes while others are taken in is not slept through.
@@ -190,22 +196,22 @@ impl Squad for Realtime {
         self.members.live()
     }
 
-    fn survey(&mut self, watched: bool) -> Survey {
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
         let silent = (0..).zip(&self.latest).filter_map(|(index, latest)| {
             let since = latest.as_ref()?.arrived;
             (self.members.is_present(index) && since.elapsed() > SILENT.max(2 * self.cycle))
                 .then_some((index, since))
         });
         let waiting = self.members.waiting(Awaited::Sign, silent, self.tick);
-        Survey { waiting, ..self.members.survey(watched) }
+        SquadStatus { waiting, ..self.members.status_of_robots(watched) }
     }
 
     fn dismiss(&mut self) {
         self.members.dismiss();
     }
 
-    fn standings(&self) -> Vec<Standing> {
-        self.members.standings()
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.members.robot_statuses()
     }
 
     fn incidents(&self) -> &[Incident] {

@@ -1,33 +1,34 @@
-//! What those see who watch a squad of processes: how each agent is, and who is waited for.
+//! Status of a squad of processes for those who watch: how each agent is, and who is waited for.
 
 use std::{
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use protocol::{percept::Tick, raw::BOOT_TICK};
+use protocol::percept::Tick;
+use transport::raw::BOOT_TICK;
 
-use super::members::{Member, Members, Presence};
+use super::roster::{AgentState, Member, Roster};
 use crate::{
-    live::{Awaited, EVERY, Live, NAMED_MAX, Robot, Standing, Survey, Waited, Waiting},
+    live::{Awaited, EVERY, Live, NAMED_MAX, Participation, Robot, SquadStatus, Waited, Waiting},
     process::State,
     profile::Recorder,
     standstill::Moment,
 };
 
-/// Who answers within this is not waited for.
+/// A robot that answers within this is not waited for.
 const NOTICEABLE: Duration = Duration::from_millis(20);
 /// Processes that are asked for their state when many are waited for: a look takes some 10 µs.
 const LOOKED_AT_MAX: usize = 64;
 
-impl Members {
-    /// Where those are told who watch.
+impl Roster {
+    /// Returns the live state, for those who watch.
     pub(super) fn live(&self) -> Option<Arc<Live>> {
-        self.hosting.live.clone()
+        self.host.live.clone()
     }
 
-    /// How all agents are.
-    pub(super) fn survey(&mut self, watched: bool) -> Survey {
+    /// Returns the status of all agents.
+    pub(super) fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
         let recorder = &mut self.recorder;
         recorder.iter_mut().for_each(|recorder| recorder.watch(watched));
         let agents = recorder.as_mut().and_then(Recorder::recent_times).map(Into::into);
@@ -35,19 +36,19 @@ impl Members {
         let robot = |(index, member): (usize, &Member)| Robot {
             id: member.id,
             pid: member.process.map(|process| process.pid()),
-            standing: member.presence.into(),
+            participation: member.state.into(),
             cycles: recorder.and_then(|recorder| recorder.recent_cycles(index)),
             missed_deadlines: recorder.map_or(0, |recorder| recorder.missed_deadlines(index)),
             refused: member.refused,
         };
         let robots = self.members.iter().enumerate().map(robot).collect();
-        Survey { robots, agents, waiting: None }
+        SquadStatus { robots, agents, waiting: None }
     }
 
     /// Tells those who watch that `tick` waits for `robots` since then, if that is so for long enough and they do not
     /// know yet.
     pub(super) fn wait_for(&mut self, what: Awaited, robots: &[usize], tick: Tick, since: Moment) {
-        let Some(live) = &self.hosting.live else { return };
+        let Some(live) = &self.host.live else { return };
         let known = self.waiting_told.is_some_and(|told| told.elapsed() < EVERY);
         if known || since.elapsed() < NOTICEABLE {
             return;
@@ -56,10 +57,10 @@ impl Members {
         self.waiting_told = Some(Instant::now());
     }
 
-    /// Who was waited for is there.
+    /// Notes that nobody is waited for any more.
     pub(super) fn nobody_is_waited_for(&mut self) {
         if self.waiting_told.take().is_some() {
-            self.hosting.live.iter().for_each(|live| live.wait_for(None));
+            self.host.live.iter().for_each(|live| live.wait_for(None));
         }
     }
 
@@ -101,14 +102,14 @@ impl Members {
     }
 }
 
-impl From<Presence> for Standing {
-    fn from(presence: Presence) -> Self {
-        match presence {
-            Presence::Expected { .. } => Self::Expected,
-            Presence::Present => Self::Present,
-            Presence::Paused { .. } => Self::Paused,
-            Presence::Down => Self::Down,
-            Presence::Out => Self::Out,
+impl From<AgentState> for Participation {
+    fn from(state: AgentState) -> Self {
+        match state {
+            AgentState::Expected { .. } => Self::Expected,
+            AgentState::Present => Self::Present,
+            AgentState::Paused { .. } => Self::Paused,
+            AgentState::Down => Self::Down,
+            AgentState::Out => Self::Out,
         }
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct Cycles {
     pub(super) count: u64,
 }
 
-/// What is said about a trace that is not full.
+/// Facts about a trace that is not full.
 pub(super) fn about_left_out() -> [(String, Value); 2] {
     [("first_tick_left_out".into(), Value::Null), ("cycles_left_out".into(), 0.into())]
 }

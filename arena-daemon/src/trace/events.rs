@@ -28,12 +28,12 @@ impl Track {
     }
 }
 
-/// Who is shown an instant.
+/// Tracks on which an instant is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scope {
     /// Its track.
     Track,
-    /// Everybody.
+    /// All tracks.
     All,
 }
 

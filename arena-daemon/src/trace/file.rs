@@ -7,8 +7,8 @@
 //! ```
 //!
 //! What ends it is written with every piece, and written over by the next one. So a run that is killed leaves a trace
-//! that can be read. On a disk that is full it is cut back to the last events that were added together and fit, so that no
-//! arrow loses its head; what ends it finds room where the piece that did not fit was begun.
+//! that can be read. On a disk that is full it is cut back to the last events that were added together and fit, so that
+//! no arrow loses its head; what ends it finds room where the piece that did not fit was begun.
 
 use std::{
     fs::{self, File},
@@ -35,13 +35,13 @@ pub(super) struct TraceFile {
     file: File,
     /// Up to here it is written for good.
     length: u64,
-    /// What follows it, and is not written yet.
+    /// Text that follows it, and is not written yet.
     pending: Vec<u8>,
     /// Groups of events in it that belong together.
     groups: Vec<Group>,
     bytes_max: u64,
     written: Instant,
-    /// What is said about the trace at its end.
+    /// Facts about the trace, written at its end.
     about: Map<String, Value>,
     /// End of the file as it is on disk.
     end_written: String,

@@ -1,9 +1,9 @@
-//! What the command line says about a trace.
+//! Command-line options of a trace.
 
 use std::{ffi::OsString, path::PathBuf};
 
-use arena::scenario::{RobotSet, Scenario};
 use clap::Args;
+use scenario::{RobotSet, Scenario};
 
 /// Megabytes of a trace, unless somebody says otherwise. A viewer in a browser opens that in a few seconds.
 const MAX_MB: u64 = 256;
@@ -34,12 +34,12 @@ pub struct TraceOptions {
 /// Why there can be no such trace.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
-    /// What a trace shows is measured.
+    /// Nothing is measured that a trace could show.
     #[error(
         "--trace shows what is measured of the agents, and --no-profile measures nothing; leave one of them out"
     )]
     Unmeasured,
-    /// There is nobody of this number.
+    /// There is no robot of this number.
     #[error("--trace-robots {0}: the scenario has robots 0 to {1}")]
     Robots(RobotSet, u32),
     /// It would be written over.

@@ -27,7 +27,7 @@ struct Sent {
     published_ns: Option<(u64, u64)>,
 }
 
-/// What one robot has said and heard of late.
+/// Packets that one robot has sent and heard of late.
 #[derive(Debug, Default)]
 pub(super) struct Correspondence {
     sent: VecDeque<Sent>,
@@ -88,7 +88,7 @@ impl Correspondence {
 }
 
 /// The arrows that end where `receiver` has read the percept of `tick`, at `read_ns`. There is none from whom we know
-/// nothing of, and none for a packet that was not sent in a measured cycle: a first word, one that came too late, or
+/// nothing of, and none for a packet that was not sent in a measured cycle: a first packet, one that came too late, or
 /// one in a false name.
 ///
 /// An arrow begins within the stage that publishes, a nanosecond before its end: viewers bind it to the slice it lies

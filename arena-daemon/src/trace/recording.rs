@@ -1,14 +1,14 @@
-//! What happens in a run, as events of its trace.
+//! Events of a run, as its trace shows them.
 
-use arena::fault::{Act, Strike, ledger::Line};
+use arena::fault::{ProcessAction, ProcessFault, ledger::Line};
 use files::WriteError;
 use protocol::{
-    cycles::{Clock, Rate, Stamp},
     packet::Packet,
     percept::{Percept, Tick},
     setup::Mode,
 };
 use serde_json::json;
+use transport::clock::{Clock, Rate, Stamp};
 
 use super::{
     bound::{Bound, Cycles},
@@ -34,9 +34,9 @@ pub(crate) struct Recording {
     present: Option<Present>,
     /// Its events.
     arena: Events,
-    /// Those that have come since the last tick.
+    /// Cycles that have come since the last tick.
     cycles: Cycles,
-    /// What was read in them: by whom, of which tick, and when.
+    /// Percepts read in them: by whom, of which tick, and when.
     read: Vec<(u32, Tick, u64)>,
     /// Arrows that have been drawn.
     packets: u64,
@@ -86,7 +86,7 @@ impl Recording {
         }
     }
 
-    /// What comes before the first event of a run, without a comma.
+    /// Text before the first event of a run, without a comma.
     pub(super) fn first_events() -> String {
         let mut events = Events::default();
         events.name_process(Track::ARENA, "arena");
@@ -106,20 +106,20 @@ impl Recording {
     }
 
     /// The arena begins `tick`, in which the plan does this to agents.
-    pub(super) fn tick_begins(&mut self, tick: Tick, strikes: &[Strike]) {
+    pub(super) fn tick_begins(&mut self, tick: Tick, process_faults: &[ProcessFault]) {
         let Some(began_ns) = self.now_ns() else { return };
         self.present =
             Some(Present { tick, began_ns, percepts_ready_ns: None, rung_ns: None, answered_ns: None });
-        for &Strike { robot, act } in strikes {
+        for &ProcessFault { robot, action } in process_faults {
             if !self.traces(robot as usize) {
                 continue;
             }
             self.name(robot);
-            let (name, kind) = match act {
-                Act::Kill => ("kill", "kill"),
-                Act::Restart => ("restart", "kill"),
-                Act::Pause => ("pause", "pause"),
-                Act::Resume => ("resume", "pause"),
+            let (name, kind) = match action {
+                ProcessAction::Kill => ("kill", "kill"),
+                ProcessAction::Restart => ("restart", "kill"),
+                ProcessAction::Pause => ("pause", "pause"),
+                ProcessAction::Resume => ("resume", "pause"),
             };
             let args = json!({ "kind": kind, "tick": tick });
             self.arena.instant(Scope::Track, Track::robot(robot), began_ns, "fault", name, &args);
@@ -206,7 +206,7 @@ impl Recording {
         self.cycles.events.join_cycle(cuts, tick);
     }
 
-    /// What went wrong without being planned, from the beginning of the run.
+    /// Adds what went wrong without being planned, from the beginning of the run.
     pub(super) fn incidents(&mut self, incidents: &[Incident]) {
         let Some(now_ns) = self.now_ns() else { return };
         for Incident { robot, tick, what } in incidents.iter().skip(self.incidents) {

@@ -2,14 +2,14 @@
 
 use std::{sync::Arc, time::Instant};
 
-use arena::fault::Strike;
+use arena::fault::ProcessFault;
 use protocol::percept::{Percept, Tick};
 
 use super::Tracer;
 use crate::{
-    live::{Live, Survey},
+    live::{Live, SquadStatus},
     profile::Profile,
-    squad::{Answers, Incident, Squad, SquadError, Standing},
+    squad::{Answers, Incident, RobotStatus, Squad, SquadError},
     stop::StopFlag,
 };
 
@@ -27,13 +27,18 @@ impl<'a> Traced<'a> {
 }
 
 impl Squad for Traced<'_> {
-    fn muster(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
-        self.squad.muster(stop)
+    fn join_all(&mut self, stop: &StopFlag) -> Result<Answers, SquadError> {
+        self.squad.join_all(stop)
     }
 
-    fn strike(&mut self, tick: Tick, strikes: &[Strike], answers: &mut Answers) -> Result<(), SquadError> {
-        self.tracer.with(|recording| recording.tick_begins(tick, strikes));
-        let struck = self.squad.strike(tick, strikes, answers);
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        self.tracer.with(|recording| recording.tick_begins(tick, process_faults));
+        let struck = self.squad.apply_process_faults(tick, process_faults, answers);
         self.tracer.with(|recording| recording.incidents(self.squad.incidents()));
         struck
     }
@@ -52,8 +57,8 @@ impl Squad for Traced<'_> {
         exchanged
     }
 
-    fn attend(&mut self, due: Instant) -> Result<(), SquadError> {
-        self.squad.attend(due)
+    fn poll_until(&mut self, due: Instant) -> Result<(), SquadError> {
+        self.squad.poll_until(due)
     }
 
     fn profile(&mut self) -> Option<Profile> {
@@ -64,16 +69,16 @@ impl Squad for Traced<'_> {
         self.squad.live()
     }
 
-    fn survey(&mut self, watched: bool) -> Survey {
-        self.squad.survey(watched)
+    fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
+        self.squad.status_of_robots(watched)
     }
 
     fn dismiss(&mut self) {
         self.squad.dismiss();
     }
 
-    fn standings(&self) -> Vec<Standing> {
-        self.squad.standings()
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.squad.robot_statuses()
     }
 
     fn incidents(&self) -> &[Incident] {

@@ -17,7 +17,7 @@ use std::{
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use protocol::{
+use transport::{
     doorbell::{Doorbell, Ring},
     mapping::Mapping,
 };
@@ -32,7 +32,7 @@ pub(crate) const AGENT: &str = "futex-agent";
 const LANE_WORDS: usize = GRANT_WORDS + ANSWER_WORDS + 4;
 const _: () = assert!(LANE_WORDS.is_multiple_of(8));
 
-/// What arena and one agent share.
+/// Memory that arena and one agent share.
 type Lane = [AtomicU64; LANE_WORDS];
 type Lanes = [Lane; ROBOTS_MAX as usize];
 
@@ -44,7 +44,7 @@ pub(crate) struct Futex {
     agents: Agents,
 }
 
-/// What an agent is told.
+/// Arguments of an agent.
 #[derive(Args, Debug)]
 pub(crate) struct AgentArgs {
     /// File of the doorbell

@@ -16,18 +16,20 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use protocol::{
     command::Command,
-    doorbell::{Doorbell, Ring},
-    footprint,
     frame::BodyVector,
-    frame_cache::Frames,
     packet::Packet,
     percept::{Delivery, Percept},
-    raw::RawCommand,
     robot_id::RobotId,
-    run_dir::{RunDir, RunLock, RunName},
-    services::{AgentPorts, ArenaPorts, Medium},
     setup::Mode,
     units::{Meters, Radians},
+};
+use transport::{
+    doorbell::{Doorbell, Ring},
+    footprint,
+    frame_cache::Frames,
+    raw::RawCommand,
+    run_dir::{RunDir, RunLock, RunName},
+    services::{AgentPorts, ArenaPorts, Session},
 };
 
 use super::{ALIVE_POLL, ANSWER_TIMEOUT, Floor, agents::Agents};
@@ -45,14 +47,14 @@ const DELIVERIES: u32 = 8;
 pub(crate) struct Idle {
     _agents: Agents,
     robots: Vec<ArenaPorts>,
-    _medium: Medium,
+    _medium: Session,
     bell: Doorbell,
     percept: Percept,
     frames: Frames,
     _run: OwnRun,
 }
 
-/// What an agent is told.
+/// Arguments of an agent.
 #[derive(Args, Debug)]
 pub(crate) struct AgentArgs {
     /// Name of the run
@@ -77,7 +79,7 @@ impl Idle {
             })?;
         }
         drop(gate);
-        let medium = Medium::enter(&run.dir)?;
+        let medium = Session::enter(&run.dir)?;
         let plane = Mode::Lockstep.plane();
         let host = |index| medium.host(RobotId::first(index), plane).with_context(open_files);
         let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>()?;
@@ -162,7 +164,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
     let (run, arena) = RunDir::open(args.run.clone())?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the doorbell")?;
     let id = RobotId::first(args.robot);
-    let mut ports = Medium::enter(&run)?.join(id, Mode::Lockstep.plane())?;
+    let mut ports = Session::enter(&run)?.join(id, Mode::Lockstep.plane())?;
     footprint::trim();
     let mut percept = Percept::empty(0);
     let (mut seen, pid) = (bell.round(), process::id());

@@ -35,12 +35,12 @@ pub(crate) struct Zeromq {
     answered: Vec<u64>,
 }
 
-/// What an agent is told.
+/// Arguments of an agent.
 #[derive(Args, Debug)]
 pub(crate) struct AgentArgs {
     /// Where the ROUTER listens
     address: String,
-    /// What we are called
+    /// Our identity
     identity: String,
     /// Our parent's process number
     arena: u32,

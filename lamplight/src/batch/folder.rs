@@ -2,8 +2,8 @@
 //!
 //! `batch.json` says what the batch is, `trials.csv` has a row per trial, and `errors.csv` and `positions.csv` more of
 //! each, where they are kept. A trial counts as done once its row in `trials.csv` is whole, and that is written last.
-//! Rows that a killed batch has left unfinished are dropped, and so are those of trials that lost agents, which are played
-//! again.
+//! Rows that a killed batch has left unfinished are dropped, and so are those of trials that lost agents, which are
+//! played again.
 //!
 //! Trials are added in the order in which they are played. Where that is not the order of the plan, because the batch
 //! has grown or some are played again, the tables are put in order once all trials are there. Every step leaves a
@@ -101,7 +101,7 @@ pub(crate) struct Folder {
     /// Trials in the folder.
     done: usize,
     trials: Table,
-    /// What else is kept of each trial.
+    /// Other tables that are kept of each trial.
     kept: Vec<(Keep, Table)>,
     /// Holds the lock.
     _lock: File,
@@ -366,7 +366,7 @@ fn header(plan: &Plan) -> Vec<String> {
     KEYS.iter().map(|&key| key.into()).chain(sweeps).chain(rest).collect()
 }
 
-/// What tells a trial apart in every file.
+/// Fields that tell a trial apart in every file.
 fn keys(trial: &Trial<'_>) -> Vec<String> {
     vec![trial.setting.to_string(), trial.trial.to_string()]
 }

@@ -1,17 +1,14 @@
-//! What a batch is to do: trials × robots × sweeps, in their order.
+//! Plan of a batch: trials × robots × sweeps, in their order.
 //!
 //! In:  the options. Out: a [`Plan`] whose every scenario has been checked, so that nothing stops it half-way.
 
 use std::{collections::BTreeMap, path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
-use arena::{
-    caution::cautions,
-    placement,
-    scenario::{Override, SEED_MAX, Scenario},
-};
+use arena::{placement, plan_warnings::warnings};
 use arena_daemon::options::toml_number;
 use clap::ValueEnum;
+use scenario::{Override, SEED_MAX, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::{BatchArgs, Keep, folder::COLUMNS};
@@ -34,7 +31,7 @@ pub(crate) struct Plan {
     pub(crate) settings: Vec<Setting>,
 }
 
-/// What makes two batches the same, beside the scenario: `batch.json`.
+/// Identity of a batch, beside the scenario: `batch.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Identity {
     format: u32,
@@ -66,7 +63,7 @@ pub(crate) struct Setting {
     /// With the seed of the first trial.
     pub(crate) scenario: Scenario,
     /// Warnings about it.
-    cautions: Vec<String>,
+    warnings: Vec<String>,
 }
 
 /// One trial of a plan.
@@ -145,25 +142,25 @@ impl Plan {
     }
 
     /// The warnings about all settings, each once, and about differences between them.
-    pub(crate) fn cautions(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         // Its default is another one as soon as a sweep makes packets get lost.
         const TIMEOUT: &str = "controller.neighbor_timeout_cycles";
-        let mut cautions: Vec<String> = Vec::new();
-        for caution in self.settings.iter().flat_map(|setting| &setting.cautions) {
-            if !cautions.contains(caution) {
-                cautions.push(caution.clone());
+        let mut warnings: Vec<String> = Vec::new();
+        for warning in self.settings.iter().flat_map(|setting| &setting.warnings) {
+            if !warnings.contains(warning) {
+                warnings.push(warning.clone());
             }
         }
         let cycles = self.settings.iter().filter_map(|it| it.scenario.controller.neighbor_timeout_cycles);
         let (least, most) = (cycles.clone().min(), cycles.max());
         let is_swept = self.identity.sweeps.iter().any(|sweep| sweep.key == TIMEOUT);
         if let (Some(least), Some(most), true, false) = (least, most, least != most, is_swept) {
-            cautions.push(format!(
+            warnings.push(format!(
                 "{TIMEOUT} is {least} in some settings and {most} in others, as only some can lose packets; \
                  --set {TIMEOUT}={most} makes them alike"
             ));
         }
-        cautions
+        warnings
     }
 
     /// Number of trials in all.
@@ -239,8 +236,8 @@ impl Setting {
             scenario.seed
         );
         let poses = placement::start(&scenario)?;
-        let cautions = cautions(&scenario, &poses);
-        Ok(Self { values, scenario, cautions })
+        let warnings = warnings(&scenario, &poses);
+        Ok(Self { values, scenario, warnings })
     }
 }
 

@@ -1,9 +1,10 @@
-//! What must hold in every run, whatever goes wrong in it.
+//! Invariants that must hold in every run, whatever goes wrong in it.
 
-use arena::{Arena, metrics::Partition, scenario::Scenario};
+use arena::{Arena, metrics::Partition};
 use arena_daemon::summary::{Ending, Summary};
 use coverage::{moments::Moments, polygon::Polygon};
 use protocol::command::Command;
+use scenario::Scenario;
 
 /// How far rounding may put a body into a wall, meters.
 const SLACK_M: f64 = 1e-9;

@@ -11,19 +11,17 @@
 
 use std::{collections::BTreeSet, f64::consts::PI, num::NonZeroU32};
 
-use arena::{
-    random::{Draws, Purpose},
-    scenario::{
-        Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
-        Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
-    },
-};
+use arena::random::{Draws, Purpose};
 use protocol::packet::LOCALIZATION_BYTES;
+use scenario::{
+    Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
+    Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
+};
 
 /// Most robots or links that a fault lists one by one: more are no other case.
 const LISTED_MAX: u64 = 8;
 /// Longest cycle of control times gain that a scenario may have.
-const GAIN_CYCLE_MAX: f64 = arena::scenario::MAX_GAIN_STEP;
+const GAIN_CYCLE_MAX: f64 = scenario::MAX_GAIN_STEP;
 
 /// `base` with this seed and what is drawn from it.
 pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
@@ -209,7 +207,7 @@ impl Drawer<'_> {
         one_of(&mut self.draws, if lamps { &picks } else { &picks[..2] })
     }
 
-    /// What the fault does.
+    /// Draws the parameters of a fault.
     fn parameters(&mut self, fault: &mut FaultSpec) {
         match fault.kind {
             FaultKind::Loss => fault.probability = self.probability(),
@@ -265,7 +263,7 @@ impl Drawer<'_> {
         Some(Xy { x: self.finite(speed)?, y: self.finite(speed)? })
     }
 
-    /// What a light sensor reads at most, about.
+    /// Largest reading of a light sensor, about.
     fn counts(&self) -> f64 {
         let field = &self.scenario.field;
         let peaks = field.lamp.iter().map(|lamp| lamp.peak.get().abs());
@@ -293,7 +291,7 @@ impl Drawer<'_> {
         Link { from: from as u32, to: ((from + away) % robots) as u32, both_ways: self.chance(0.4) }
     }
 
-    /// So many different robots.
+    /// Draws `count` different robots.
     fn distinct(&mut self, count: u64) -> BTreeSet<u32> {
         let robots = self.scenario.robot_count();
         // Floyd's algorithm: each choice is new, or else the highest so far is.

@@ -1,4 +1,4 @@
-//! What `--until` asks of a run: comparisons of values of its `summary.json`.
+//! Expressions of `--until`: comparisons of values of a run's `summary.json`.
 //!
 //! ```text
 //! either     = both { ("||" | "or") both }
@@ -10,8 +10,8 @@
 //! ```
 //!
 //! In:  a text, and the summary of a run.
-//! Out: whether it is known to hold. Only numbers and texts have an order; null is equal to itself alone, and of an order
-//! with null neither it nor its opposite holds.
+//! Out: whether it is known to hold. Only numbers and texts have an order; null is equal to itself alone, and of an
+//! order with null neither it nor its opposite holds.
 
 use std::{cmp::Ordering, fmt, str::FromStr};
 
@@ -260,7 +260,7 @@ fn looked_up<'a>(summary: &'a Value, path: &str) -> Option<&'a Value> {
     })
 }
 
-/// What is missing, and what may have been meant.
+/// Error about a missing path, with what may have been meant.
 fn missing(path: &str, summary: &Value) -> MeaningError {
     let mut paths = Vec::new();
     collect_paths(summary, "", &mut paths);

@@ -1,4 +1,4 @@
-//! What a shrink has found out so far, on disk, so that a run of it that was cut short can go on.
+//! Journal of a shrink on disk: what it has found out so far, so that one that was cut short can go on.
 //!
 //! One JSON line per tried candidate: the hash of its scenario and of the question, and the verdict. A last line
 //! that a killed process left unfinished is dropped; nothing else is ever changed. Where the disk is full, the search
@@ -50,7 +50,7 @@ struct Line {
     shows: bool,
 }
 
-/// What a candidate is remembered by: another question, or another version of this program, is another key.
+/// Key of a candidate: another question, or another version of this program, is another key.
 pub(crate) fn key(expression: &str, scenario: &str) -> String {
     let text = [env!("CARGO_PKG_VERSION"), expression, scenario].join("\0");
     format!("{:032x}", XxHash3_128::oneshot(text.as_bytes()))
@@ -95,7 +95,7 @@ impl Journal {
         self.verdicts.len()
     }
 
-    /// What is known about a candidate.
+    /// Returns the verdict on a candidate, if it is known.
     pub(crate) fn verdict(&self, candidate: &str) -> Option<bool> {
         self.verdicts.get(candidate).copied()
     }

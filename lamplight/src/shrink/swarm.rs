@@ -1,6 +1,6 @@
 //! The same scenario with fewer robots.
 
-use arena::scenario::{FaultSpec, RobotCount, Scenario};
+use scenario::{FaultSpec, RobotCount, Scenario};
 
 /// Few robots, of `count`, with which `shows` holds: halved as long as it does, then fewer by ever smaller steps.
 /// With one robot less it does not hold. In general that is no global minimum.
@@ -65,7 +65,7 @@ fn cut(fault: &FaultSpec, count: u32) -> Option<FaultSpec> {
 mod tests {
     use std::convert::Infallible;
 
-    use arena::scenario::FaultKind;
+    use scenario::FaultKind;
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! What share of a processor agents take, as `/proc` tells: of those alone that are on the screen.
+//! Share of a processor that agents take, as `/proc` tells: of those alone that are on the screen.
 
 use std::{collections::HashMap, fs, time::Instant};
 
@@ -22,7 +22,8 @@ impl Cpu {
     }
 }
 
-/// Nanoseconds that a process of one thread, as agents are, has been on a processor; `None` if it has ended or the kernel does not tell.
+/// Nanoseconds that a process of one thread, as agents are, has been on a processor; `None` if it has ended or the
+/// kernel does not tell.
 fn used_ns(pid: u32) -> Option<u64> {
     fs::read_to_string(format!("/proc/{pid}/schedstat")).ok()?.split_whitespace().next()?.parse().ok()
 }

@@ -1,9 +1,9 @@
-//! What `lamplight top` shows, as lines of text: on a terminal, or plain.
+//! Screen of `lamplight top`, as lines of text: on a terminal, or plain.
 
 use std::{cmp::Ordering, collections::HashMap};
 
 use arena_daemon::{
-    live::{Phase, Robot, Snapshot, Standing, Waited},
+    live::{Participation, Phase, Robot, Snapshot, Waited},
     profile::{Quantiles, Stage},
 };
 use ratatui::{
@@ -33,7 +33,7 @@ pub(super) enum Sort {
     Index,
 }
 
-/// What keys change.
+/// State that keys change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Screen {
     sort: Sort,
@@ -82,7 +82,7 @@ impl Screen {
         self.sorted(snapshot).into_iter().take(SHOWN_MAX)
     }
 
-    /// Who is waited for comes first; who has been scrolled past is left out.
+    /// Sorts robots: those waited for come first; those scrolled past are left out.
     fn sorted<'a>(&self, snapshot: &'a Snapshot) -> Vec<&'a Robot> {
         let key = |robot: &Robot| {
             let cycles = robot.cycles.as_ref();
@@ -111,7 +111,7 @@ impl Sort {
     }
 }
 
-/// What is said of a robot that is waited for.
+/// Returns the entry of a robot that is waited for.
 fn waited<'a>(snapshot: &'a Snapshot, robot: &Robot) -> Option<&'a Waited> {
     snapshot.waiting.iter().flat_map(|waiting| &waiting.robots).find(|waited| waited.id == robot.id)
 }
@@ -133,7 +133,7 @@ impl View<'_> {
 
     fn head(&self) -> Vec<Line<'static>> {
         let Snapshot { of, tick, ticks, time_s, wall_s, mean_error_m, packets, .. } = self.snapshot;
-        let (alive, all) = (self.snapshot.count(Standing::Present), self.snapshot.robots.len());
+        let (alive, all) = (self.snapshot.count(Participation::Present), self.snapshot.robots.len());
         let mode = format!("{:?}", of.mode).to_lowercase();
         let (rate, factor) = match self.rate {
             Some(rate) => (format!("{:.0} ticks/s", rate.ticks_per_s), Some(rate.real_time_factor)),
@@ -160,7 +160,7 @@ impl View<'_> {
         ]
     }
 
-    /// Who the run waits for.
+    /// Line about the robots that are waited for.
     fn waiting(&self) -> Line<'static> {
         match (&self.silence, &self.snapshot.waiting) {
             (Some(silence), _) => Line::from(silence.clone()).bold().white().on_red(),
@@ -210,13 +210,13 @@ impl View<'_> {
                 robot.id.index,
                 u32::from(robot.id.incarnation) + 1,
                 robot.pid.map_or_else(dash, |pid| pid.to_string()),
-                state.unwrap_or_else(|| robot.standing.name().into()),
+                state.unwrap_or_else(|| robot.participation.name().into()),
                 robot.missed_deadlines,
                 robot.refused,
             );
-            match (waited, robot.standing) {
+            match (waited, robot.participation) {
                 (Some(_), _) => Line::from(line).red().bold(),
-                (None, Standing::Present) => Line::from(line),
+                (None, Participation::Present) => Line::from(line),
                 (None, _) => Line::from(line).dim(),
             }
         };

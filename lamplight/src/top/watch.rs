@@ -18,11 +18,11 @@ use arena_daemon::{
     process::Process,
     stop::StopFlag,
 };
-use protocol::run_dir::RunDir;
 use ratatui::{
     DefaultTerminal,
     crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
 };
+use transport::run_dir::RunDir;
 
 use super::{cpu::Cpu, rates::Rates, screen::Screen};
 use signal_hook::{
@@ -31,7 +31,7 @@ use signal_hook::{
     low_level::raise,
 };
 
-use crate::{failure::Failure, say::say};
+use crate::{failure::Failure, stdout::say};
 
 /// Time between two looks at the run.
 const EVERY: Duration = Duration::from_millis(200);
@@ -40,7 +40,7 @@ const BEGINS: Duration = Duration::from_secs(1);
 /// Time between two tries meanwhile.
 const TRY: Duration = Duration::from_millis(20);
 
-/// What a run said to a question.
+/// Answer of a run to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Asked {
     /// How it is.
@@ -109,7 +109,7 @@ impl Watcher {
         }
     }
 
-    /// What there is to see; `None` before the run has told anything.
+    /// Returns the view; `None` before the run has told anything.
     pub(super) fn view(&self) -> Option<super::View<'_>> {
         Some(super::View {
             snapshot: self.last.as_ref()?,

@@ -58,7 +58,7 @@ fn full(robots: u32) -> Snapshot {
     let robot = |index| Robot {
         id: RobotId { index, incarnation: 2 },
         pid: Some(100 + index),
-        standing: if index == 0 { Standing::Down } else { Standing::Present },
+        participation: if index == 0 { Participation::Down } else { Participation::Present },
         cycles: Some(RecentCycles { last_us: 1.0, p99_us: 20.0, wake_us: 3.0 }),
         missed_deadlines: 4,
         refused: 5,

@@ -40,7 +40,7 @@ fn percepts(tick: Tick, sequence: u32) -> Vec<Percept> {
         .into()
 }
 
-/// What an agent says that has woken up now, and worked no time at all but for the cell.
+/// Times of an agent that has woken up now, and worked no time at all but for the cell.
 fn times(recorder: &Recorder) -> RawTimes {
     RawTimes { woke: recorder.clock.now().0, cell: 1, ..RawTimes::default() }
 }

@@ -27,7 +27,7 @@ struct Traced {
     _folder: TempDir,
 }
 
-/// What was read back.
+/// A trace that was read back.
 struct Trace {
     whole: Value,
     bytes: u64,
@@ -217,12 +217,12 @@ fn a_fault_begins_and_ends_once_and_strikes_the_robots_it_strikes() {
     let plan = "fault=[{ kind = \"pause\", from_s = 0.2, until_s = 0.4, robots = \"1\" }, \
                 { kind = \"loss\", from_s = 0.1, probability = 1.0 }]";
     let sets = ["robots.count=3", "step_s=0.1", plan].map(|set| set.parse().unwrap());
-    let scenario = arena::scenario::Scenario::parse("test", toml, &sets).unwrap();
+    let scenario = scenario::Scenario::parse("test", toml, &sets).unwrap();
     let mut arena = arena::Arena::new(&scenario).unwrap();
     let mut traced = Traced::new(3, 1 << 20, |_| true);
     for tick in 0..8 {
-        let strikes = arena.strikes(&[]);
-        traced.recording.tick_begins(tick, &strikes);
+        let process_faults = arena.process_faults(&[]);
+        traced.recording.tick_begins(tick, &process_faults);
         arena.tick(&[None; 3]);
         traced.recording.tick_ends(arena.ledger());
     }

@@ -134,8 +134,8 @@ impl Sheet {
         blocks
     }
 
-    /// The table with these of its blocks alone, in this order. If they are where they belong already, what follows them
-    /// is cut off; else the file is written anew, whole or not at all.
+    /// The table with these of its blocks alone, in this order. If they are where they belong already, what follows
+    /// them is cut off; else the file is written anew, whole or not at all.
     pub(super) fn with_only(self, blocks: &[Block]) -> Result<Table, WriteError> {
         let Self { path, header, text, .. } = self;
         let in_place = blocks

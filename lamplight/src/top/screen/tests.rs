@@ -23,7 +23,7 @@ fn robot(index: u32, p99_us: f64) -> Robot {
     Robot {
         id: RobotId::first(index),
         pid: Some(4225 + index),
-        standing: Standing::Present,
+        participation: Participation::Present,
         cycles: Some(RecentCycles { last_us: 9.5 + f64::from(index), p99_us, wake_us: 80.0 }),
         missed_deadlines: 0,
         refused: u64::from(index == 2),
@@ -39,7 +39,7 @@ fn snapshot() -> Snapshot {
         mode: Mode::Lockstep,
         arena_pid: 4200,
     };
-    let down = Robot { pid: None, standing: Standing::Down, cycles: None, ..robot(3, 0.0) };
+    let down = Robot { pid: None, participation: Participation::Down, cycles: None, ..robot(3, 0.0) };
     let reborn = Robot { id: RobotId { index: 4, incarnation: 2 }, ..robot(4, 31.0) };
     let stopped =
         Waited { id: RobotId::first(17), pid: Some(4242), state: Some("stopped".into()), for_s: 1.23 };

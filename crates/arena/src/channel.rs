@@ -1,0 +1,206 @@
+//! The infrared channel: who hears whom, and what becomes of packets in the air.
+//!
+//! In:  one moment of the world: poses, and what each live robot says.
+//! Out: the receptions that the medium lets through, in the order of receivers; everything else is
+//! counted by its cause in [`Packets`].
+//!
+//! ```text
+//! access (when) -> reach (to whom) -> air (what overlaps) -> receptions -> faults, measurement
+//! ```
+
+mod access;
+pub mod closed_form;
+mod reach;
+mod timed;
+
+use protocol::{packet::Packet, percept::Tick};
+
+pub use timed::Crowding;
+
+use crate::{
+    executor::Executor,
+    frame::Pose,
+    index_lists::IndexLists,
+    packets::Packets,
+    random::{Draws, Purpose},
+};
+use scenario::{Access, Scenario};
+
+use reach::{Reach, Reached};
+use timed::TimedChannel;
+
+/// Input of the channel for one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Its number.
+    pub tick: Tick,
+    /// The neighbor cycle that begins at it, if one does.
+    pub cycle: Option<u64>,
+    /// Its time, seconds.
+    pub time_s: f64,
+    /// Where every body is.
+    pub poses: &'a [Pose],
+    /// Each robot's packet; a robot that is silent does not listen either.
+    pub said: &'a [Option<Packet>],
+}
+
+/// One packet as one robot could read it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reception {
+    /// Index of the robot that transmitted it.
+    pub sender: u32,
+    /// Index of the robot that hears it.
+    pub receiver: u32,
+    /// Number of the packet among those of its sender, by the channel's count.
+    pub number: u64,
+    /// When its transmission began, virtual time in seconds.
+    pub sent_s: f64,
+    /// Its content.
+    pub packet: Packet,
+}
+
+/// A channel with what is in the air.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    reach: Reach,
+    /// Pairs of robots that were looked at.
+    examined: u64,
+    medium: Medium,
+    loss: f64,
+    seed: u64,
+}
+
+#[derive(Clone, Debug)]
+enum Medium {
+    /// All packets at once and in no time, at the beginning of a cycle.
+    Instant(InstantChannel),
+    /// Packets last, and meet.
+    Timed(Box<TimedChannel>),
+}
+
+impl Channel {
+    /// The channel of a scenario, before anything was said.
+    pub fn new(scenario: &Scenario) -> Self {
+        let reach = Reach::new(scenario);
+        let medium = match scenario.channel.access {
+            None | Some(Access::Instant) => Medium::Instant(InstantChannel::default()),
+            Some(_) => Medium::Timed(Box::new(TimedChannel::new(scenario, &reach))),
+        };
+        Self {
+            reach,
+            examined: 0,
+            medium,
+            loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
+            seed: scenario.seed.get(),
+        }
+    }
+
+    /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
+    /// may change it. `executor` shares what can be shared. Receptions are written over `received`, in the order of
+    /// receivers, then of time.
+    pub fn play(
+        &mut self,
+        executor: &impl Executor,
+        moment: &Moment<'_>,
+        packets: &mut Packets,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+        received: &mut Vec<Reception>,
+    ) {
+        received.clear();
+        self.examined += match &mut self.medium {
+            Medium::Instant(instant) => {
+                if moment.cycle.is_some() {
+                    self.reach.look(moment.poses, |robot| moment.said[robot].is_some());
+                }
+                instant.play(executor, &self.reach, moment, packets, transmit, received)
+            }
+            Medium::Timed(air) => air.play(&mut self.reach, moment, packets, transmit, received),
+        };
+        if self.loss > 0.0 {
+            let before = received.len();
+            received.retain(|reception| {
+                let Reception { sender, receiver, number, .. } = *reception;
+                !Draws::of(self.seed, Purpose::ChannelLoss, number, sender, receiver).chance(self.loss)
+            });
+            packets.lost_loss += (before - received.len()) as u64;
+        }
+        packets.heard += received.len() as u64;
+    }
+
+    /// How many packets got through the crowd, by the number of robots that could disturb them;
+    /// `None` on a channel where none can.
+    pub fn crowding(&self) -> Option<&Crowding> {
+        match &self.medium {
+            Medium::Instant(_) => None,
+            Medium::Timed(air) => Some(air.crowding()),
+        }
+    }
+
+    /// Pairs of robots that were looked at: what a tick costs.
+    pub fn examined(&self) -> u64 {
+        self.examined
+    }
+}
+
+/// Every speaker is heard by all in reach. What is kept from one moment to the next is memory alone.
+#[derive(Clone, Debug, Default)]
+struct InstantChannel {
+    spoken: Vec<Option<Packet>>,
+    /// (receiver, sender)
+    flights: Vec<(usize, usize)>,
+    senders: IndexLists,
+    /// By sender.
+    reached: Vec<Reached>,
+}
+
+impl InstantChannel {
+    /// Returns how many pairs were looked at.
+    fn play(
+        &mut self,
+        executor: &impl Executor,
+        reach: &Reach,
+        moment: &Moment<'_>,
+        packets: &mut Packets,
+        transmit: &mut dyn FnMut(u32, Packet) -> Packet,
+        received: &mut Vec<Reception>,
+    ) -> u64 {
+        let Some(cycle) = moment.cycle else { return 0 };
+        let Self { spoken, flights, senders, reached } = self;
+        reached.resize_with(moment.said.len(), Reached::default);
+        executor.share(reached, |first, reached| {
+            for (sender, reached) in (first..).zip(reached) {
+                match moment.said[sender] {
+                    Some(_) => reach.of(sender as u32, cycle, reached),
+                    None => reached.clear(),
+                }
+            }
+        });
+        spoken.clear();
+        spoken.extend_from_slice(moment.said);
+        flights.clear();
+        for (sender, (spoken, reached)) in spoken.iter_mut().zip(&*reached).enumerate() {
+            let Some(packet) = spoken else { continue };
+            *packet = transmit(sender as u32, *packet);
+            packets.sent += 1;
+            packets.in_range += reached.in_range();
+            packets.lost_range += reach.listeners() - 1 - reached.in_range();
+            packets.lost_edge += u64::from(reached.faded);
+            packets.occluded += u64::from(reached.occluded);
+            flights.extend(reached.robots.iter().map(|&receiver| (receiver as usize, sender)));
+        }
+        senders.regroup(spoken.len(), flights);
+        for (receiver, senders) in (0..).zip(senders.iter()) {
+            received.extend(senders.iter().filter_map(|&sender| {
+                let packet = spoken[sender]?;
+                Some(Reception {
+                    sender: sender as u32,
+                    receiver,
+                    number: cycle,
+                    sent_s: moment.time_s,
+                    packet,
+                })
+            }));
+        }
+        reached.iter().map(|reached| u64::from(reached.examined)).sum()
+    }
+}

@@ -1,0 +1,302 @@
+//! The fault plan: what goes wrong, to whom, and at which tick.
+//!
+//! A fault is a `Rule` with a window of ticks and a `Target` of robots or links, made when it
+//! begins. Faults are asked in the order of the scenario, so a plan means one thing only. A new
+//! kind of fault is one file here and one line in `rule_of`. What each fault did is entered in its
+//! line of the ledger.
+
+mod burst;
+mod corrupt;
+mod delay;
+mod duplicate;
+mod jam;
+mod kill;
+pub mod ledger;
+mod liar;
+mod loss;
+mod motion;
+mod partition;
+mod pause;
+mod rng;
+mod rule;
+mod sensor;
+mod slow;
+mod target;
+
+use std::ops::Range;
+
+use protocol::{
+    frame::BodyVector,
+    packet::Packet,
+    percept::{Light, Tick},
+};
+
+use crate::{
+    channel::Reception,
+    frame::{ArenaPoint, Pose},
+};
+use scenario::{FaultKind, FaultSpec, Scenario};
+
+use ledger::Line;
+use rng::FaultRng;
+use rule::{Flight, Rule, Verdict};
+use target::{Scene, Target};
+
+/// Something the plan does to an agent's process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProcessFault {
+    /// Index of the robot.
+    pub robot: u32,
+    /// The action on its agent.
+    pub action: ProcessAction,
+}
+
+/// Action of a fault on an agent's process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProcessAction {
+    /// It is killed, and its memory with it.
+    Kill,
+    /// A new life of it begins, without memory.
+    Restart,
+    /// It is stopped.
+    Pause,
+    /// It goes on.
+    Resume,
+}
+
+/// State of an agent under the plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Fate {
+    /// How often it has been restarted by plan.
+    life: u32,
+    state: AgentState,
+}
+
+/// Whether an agent is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum AgentState {
+    #[default]
+    Up,
+    /// Stopped, by this many faults.
+    Paused {
+        holders: u32,
+    },
+    Down,
+}
+
+/// Most copies of one packet under way to one receiver, itself included; what duplicates beyond that does not.
+const COPIES_MAX: usize = 16;
+
+/// Outcome of a reception under the plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Passage {
+    /// Packets that arrive, and how many ticks late: the packet itself, altered or not, and its copies.
+    pub arrivals: Vec<(Packet, Tick)>,
+    /// Number of packets, copies included, that are lost.
+    pub lost: u64,
+}
+
+/// All faults of a run and what they have done.
+#[derive(Debug)]
+pub struct FaultPlan {
+    faults: Vec<Fault>,
+    fates: Vec<Fate>,
+    lamps: Vec<ArenaPoint>,
+}
+
+#[derive(Debug)]
+struct Fault {
+    rule: Box<dyn Rule>,
+    target: Target,
+    spec: FaultSpec,
+    window: Range<Tick>,
+    state: State,
+    rng: FaultRng,
+    line: Line,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    ToCome,
+    Active,
+    Over,
+}
+
+impl FaultPlan {
+    /// The plan of a scenario, before anything has happened.
+    pub fn new(scenario: &Scenario) -> Self {
+        let lamps = scenario.lamps().iter().map(|lamp| lamp.position_m.get().into()).collect();
+        let fault = |(index, spec): (usize, &FaultSpec)| {
+            let begins = scenario.tick_at(spec.begins_s());
+            let window = begins..spec.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s));
+            Fault {
+                rule: rule_of(spec, scenario),
+                target: Target::none(),
+                spec: spec.clone(),
+                line: Line::new(spec.kind, window.clone()),
+                window,
+                state: State::ToCome,
+                rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
+            }
+        };
+        Self {
+            faults: scenario.fault.iter().enumerate().map(fault).collect(),
+            fates: vec![Fate::default(); scenario.robot_count() as usize],
+            lamps,
+        }
+    }
+
+    /// Begins and ends what begins and ends with tick `tick`; what happens to agents just before
+    /// it, in the order in which it happens.
+    ///
+    /// Robots that are `left_out` count as dead from here on.
+    pub fn process_faults(&mut self, tick: Tick, poses: &[Pose], left_out: &[u32]) -> Vec<ProcessFault> {
+        for &robot in left_out {
+            self.fates[robot as usize].state = AgentState::Down;
+        }
+        let mut process_faults = Vec::new();
+        let scene = Scene { poses, lamps: &self.lamps };
+        // What ends makes room for what begins, in whichever order they are planned.
+        for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
+            if tick >= fault.window.end {
+                fault.state = State::Over;
+                fault.rule.end(fault.rng, &mut self.fates, &mut process_faults, &mut fault.line);
+            }
+        }
+        for fault in self.faults.iter_mut().filter(|fault| fault.state == State::ToCome) {
+            if fault.window.contains(&tick) {
+                fault.state = State::Active;
+                fault.target = Target::made(&fault.spec, &scene, fault.rng);
+                fault.rule.look(&scene);
+                fault.rule.begin(tick, &fault.target, &mut self.fates, &mut process_faults, &mut fault.line);
+            }
+        }
+        process_faults
+    }
+
+    /// Whether the plan lets this robot's agent be.
+    pub fn is_up(&self, robot: u32) -> bool {
+        self.fates[robot as usize].state == AgentState::Up
+    }
+
+    /// Whether the plan has paused this robot's agent.
+    pub fn is_paused(&self, robot: u32) -> bool {
+        matches!(self.fates[robot as usize].state, AgentState::Paused { .. })
+    }
+
+    /// Whether no fault is at work just now.
+    pub fn is_idle(&self) -> bool {
+        self.faults.iter().all(|fault| fault.state != State::Active)
+    }
+
+    /// A packet of robot `robot` as it goes out.
+    pub fn transmitted(&mut self, tick: Tick, robot: u32, packet: Packet) -> Packet {
+        let mut packet = packet;
+        for fault in self.active_on(robot) {
+            if fault.rule.speak(&mut packet) {
+                fault.line.did(tick, "packets falsified", robot);
+            }
+        }
+        packet
+    }
+
+    /// Judges a packet that the channel has let through. Each fault sees what those before it
+    /// have left; copies go their own ways from where they were made.
+    pub fn passage(&mut self, tick: Tick, reception: &Reception, receiver_at: ArenaPoint) -> Passage {
+        let Reception { sender, receiver, packet, .. } = *reception;
+        let mut under_way: Vec<(Packet, Tick)> = vec![(packet, 0)];
+        let mut made = 1;
+        let mut lost = 0;
+        for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
+            if !fault.rule.chooses_itself() && !fault.target.links(sender, receiver) {
+                continue;
+            }
+            let mut left: Vec<(Packet, Tick)> = Vec::with_capacity(under_way.len());
+            for (copy, (packet, late)) in (0..).zip(under_way) {
+                let flight = Flight { reception: Reception { packet, ..*reception }, receiver_at };
+                let verdict = fault.rule.judge(&flight, fault.rng.of_copy(copy));
+                let over_bound = matches!(verdict, Verdict::Repeat(_)) && made == COPIES_MAX;
+                match (verdict.entry(), over_bound) {
+                    (Some(_), true) => {
+                        fault.line.did(tick, "packets not duplicated, too many copies", receiver)
+                    }
+                    (Some(what), false) => fault.line.did(tick, what, receiver),
+                    (None, _) => {}
+                }
+                match verdict {
+                    Verdict::Drop(_) => lost += 1,
+                    Verdict::Delay(ticks) => left.push((packet, late.saturating_add(ticks))),
+                    Verdict::Alter(altered) => left.push((altered, late)),
+                    Verdict::Repeat(ticks) if !over_bound => {
+                        left.extend([(packet, late), (packet, late.saturating_add(ticks))]);
+                        made += 1;
+                    }
+                    Verdict::Pass | Verdict::Repeat(_) => left.push((packet, late)),
+                }
+            }
+            under_way = left;
+        }
+        Passage { arrivals: under_way, lost }
+    }
+
+    /// Applies faults to a reading of robot `robot`.
+    pub fn sensed(&mut self, tick: Tick, robot: u32, light: &mut Light) {
+        for fault in self.active_on(robot) {
+            if fault.rule.sense(tick, robot, fault.rng, light) {
+                fault.line.did(tick, "readings falsified", robot);
+            }
+        }
+    }
+
+    /// How robot `robot` moves when it is told to move with `velocity`; `None` if it is stuck, and yields to nobody.
+    pub fn driven(&mut self, tick: Tick, robot: u32, velocity: BodyVector) -> Option<BodyVector> {
+        let mut velocity = Some(velocity);
+        for fault in self.active_on(robot) {
+            if fault.rule.drive(&mut velocity) {
+                fault.line.did(tick, "moves falsified", robot);
+            }
+        }
+        velocity
+    }
+
+    /// By how many ticks the answers of robot `robot` come late.
+    pub fn lateness(&mut self, tick: Tick, robot: u32) -> Tick {
+        let mut late: Tick = 0;
+        for fault in self.active_on(robot) {
+            let ticks = fault.rule.lateness();
+            if ticks > 0 {
+                fault.line.did(tick, "answers delayed", robot);
+            }
+            late = late.saturating_add(ticks);
+        }
+        late
+    }
+
+    /// Returns the ledger of all faults, in the order of the plan.
+    pub fn ledger(&self) -> impl Iterator<Item = &Line> {
+        self.faults.iter().map(|fault| &fault.line)
+    }
+
+    fn active_on(&mut self, robot: u32) -> impl Iterator<Item = &mut Fault> {
+        self.faults.iter_mut().filter(move |fault| fault.state == State::Active && fault.target.robot(robot))
+    }
+}
+
+/// The rule of a fault. A new kind is one more line here.
+fn rule_of(spec: &FaultSpec, scenario: &Scenario) -> Box<dyn Rule> {
+    match spec.kind {
+        FaultKind::Loss => Box::new(loss::Loss::new(spec)),
+        FaultKind::Burst => Box::new(burst::Burst::new(spec)),
+        FaultKind::Delay => Box::new(delay::Delay::new(spec, scenario)),
+        FaultKind::Duplicate => Box::new(duplicate::Duplicate::new(spec, scenario)),
+        FaultKind::Corrupt => Box::new(corrupt::Corrupt::new(spec)),
+        FaultKind::Partition => Box::new(partition::Partition::new(spec)),
+        FaultKind::Jam => Box::new(jam::Jam::new(spec)),
+        FaultKind::Kill => Box::new(kill::Kill::new(spec)),
+        FaultKind::Pause => Box::new(pause::Pause::default()),
+        FaultKind::Slow => Box::new(slow::Slow::new(spec, scenario)),
+        FaultKind::Sensor => Box::new(sensor::Sensor::new(spec)),
+        FaultKind::Motion => Box::new(motion::Motion::new(spec)),
+        FaultKind::Liar => Box::new(liar::Liar::new(spec)),
+    }
+}

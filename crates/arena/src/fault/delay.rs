@@ -1,0 +1,33 @@
+//! `delay`: packets come late; with jitter they may overtake each other.
+
+use protocol::percept::Tick;
+
+use super::{
+    rng::FaultRng,
+    rule::{Flight, Rule, Verdict},
+};
+use scenario::{FaultSpec, Scenario};
+
+#[derive(Debug)]
+pub(super) struct Delay {
+    delay_s: f64,
+    jitter_s: f64,
+    step_s: f64,
+}
+
+impl Delay {
+    pub(super) fn new(spec: &FaultSpec, scenario: &Scenario) -> Self {
+        Self {
+            delay_s: spec.delay_s.map_or(0.0, |delay| delay.get()),
+            jitter_s: spec.jitter_s.map_or(0.0, |jitter| jitter.get()),
+            step_s: scenario.step_s.get(),
+        }
+    }
+}
+
+impl Rule for Delay {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        let late_s = self.delay_s + self.jitter_s * rng.of(&flight.reception).unit();
+        Verdict::Delay((late_s / self.step_s).round() as Tick)
+    }
+}

@@ -1,0 +1,27 @@
+//! `loss`: each packet is lost by its own chance.
+
+use super::{
+    rng::FaultRng,
+    rule::{Flight, Rule, Verdict},
+};
+use scenario::FaultSpec;
+
+#[derive(Debug)]
+pub(super) struct Loss {
+    probability: f64,
+}
+
+impl Loss {
+    pub(super) fn new(spec: &FaultSpec) -> Self {
+        Self { probability: spec.probability.map_or(0.0, |probability| probability.get()) }
+    }
+}
+
+impl Rule for Loss {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+        match rng.of(&flight.reception).chance(self.probability) {
+            true => Verdict::Drop("packets dropped"),
+            false => Verdict::Pass,
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! `pause`: agents are stopped, and go on later as if nothing had been.
+
+use protocol::percept::Tick;
+
+use super::{
+    AgentState, Fate, ProcessAction, ProcessFault, ledger::Line, rng::FaultRng, rule::Rule, target::Target,
+};
+
+#[derive(Debug, Default)]
+pub(super) struct Pause {
+    /// Robots that it holds, each with its life.
+    held: Vec<(u32, u32)>,
+}
+
+impl Rule for Pause {
+    fn begin(
+        &mut self,
+        tick: Tick,
+        target: &Target,
+        fates: &mut [Fate],
+        process_faults: &mut Vec<ProcessFault>,
+        line: &mut Line,
+    ) {
+        for robot in target.robots() {
+            let Fate { life, state } = &mut fates[robot as usize];
+            match state {
+                AgentState::Down => continue,
+                AgentState::Paused { holders } => *holders += 1,
+                AgentState::Up => {
+                    *state = AgentState::Paused { holders: 1 };
+                    process_faults.push(ProcessFault { robot, action: ProcessAction::Pause });
+                }
+            }
+            self.held.push((robot, *life));
+            line.did(tick, "robots paused", robot);
+        }
+    }
+
+    /// Resumes robots that no other fault holds; one that was killed meanwhile is no longer held.
+    fn end(
+        &mut self,
+        _: FaultRng,
+        fates: &mut [Fate],
+        process_faults: &mut Vec<ProcessFault>,
+        line: &mut Line,
+    ) {
+        for &(robot, held_life) in &self.held {
+            let Fate { life, state } = &mut fates[robot as usize];
+            match state {
+                AgentState::Paused { holders } if *life == held_life => {
+                    *holders -= 1;
+                    if *holders == 0 {
+                        *state = AgentState::Up;
+                        process_faults.push(ProcessFault { robot, action: ProcessAction::Resume });
+                        line.count("robots resumed");
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}

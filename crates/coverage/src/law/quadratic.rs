@@ -1,0 +1,51 @@
+//! The paper's outlook: φ as the robot and its neighbors together foretell it, by a quadratic.
+//!
+//! Nobody foretells far: the robot answers for V+ of its affine estimate, as under the `linear` law,
+//! which also cuts away where the quadratic would rise again behind its back. Where the quadratic is
+//! negative in there, it is raised until it touches zero: continuous in all that was heard, and the
+//! goal stays in the cell. Readings beyond reason leave the `linear` goal. A neighbor remembered over
+//! silent cycles counts as when it was heard.
+
+use nalgebra::Vector2;
+use protocol::{
+    controller::{Stage, StageObserver},
+    frame::BodyVector,
+    percept::Light,
+    setup::GradientMode,
+};
+
+use super::linear;
+use crate::{
+    cell::COINCIDENT_M,
+    estimate::LinearField,
+    fit::{self, Slope},
+    neighbors::NeighborTable,
+    polygon::Polygon,
+};
+
+pub(super) fn goal(
+    cell: &[Vector2<f64>],
+    light: &Light,
+    neighbors: &NeighborTable,
+    gradient: GradientMode,
+    stages: &mut dyn StageObserver,
+) -> Option<BodyVector> {
+    let readings = neighbors
+        .iter()
+        .map(|neighbor| &neighbor.delivery)
+        .filter(|heard| heard.range.get() > COINCIDENT_M)
+        .map(|heard| (BodyVector::polar(heard.range, heard.bearing).0, f64::from(heard.packet.light)));
+    let slope = match gradient {
+        GradientMode::Measured => Slope::Known,
+        GradientMode::Fixed(_) => Slope::Assumed,
+    };
+    let estimate = fit::quadratic(&LinearField::sensed(light, gradient), slope, readings);
+    let mut part = Polygon::new();
+    let positive = estimate.linear.positive_part(cell, &mut part);
+    stages.passed(Stage::Truncation);
+    let raised = estimate.raised_on(positive);
+    raised
+        .mass(positive)
+        .map(|mass| BodyVector(mass.centroid))
+        .or_else(|| linear::goal(cell, light, gradient, &mut ()))
+}

@@ -1,0 +1,514 @@
+//! Checks whether the values of a scenario agree with each other, which no single value can answer.
+//!
+//! In:  a scenario whose values are each well-formed.
+//! Out: the first [`Problem`], with the paths of the values that disagree.
+
+use std::iter;
+
+use protocol::percept::COMPONENTS_MAX;
+use protocol::setup::Law;
+
+use super::Scenario;
+use super::channel::{Access, ChannelModel, ChannelSpec};
+use super::fault_check;
+use super::light::LightSensor;
+use super::number::{NonNegative, Positive, RobotCount};
+use super::problem::{Problem, ensure, problem};
+use super::steps::ROUNDING;
+use super::tables::{ControllerSpec, Drive, FieldSpec, GradientSource, RobotsSpec};
+
+/// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
+pub const MAX_GAIN_STEP: f64 = 1.5;
+
+/// Bodies may touch: how much rounding may make two that do overlap, or pierce a wall, in meters.
+const CONTACT_SLACK_M: f64 = 1e-9;
+
+/// Sides of an arena, in meters: from a Petri dish to a county.
+const SIDE_MIN_M: f64 = 1e-3;
+const SIDE_MAX_M: f64 = 1e5;
+
+/// Largest cap of cells, in meters: as far as an arena is wide. So no cell needs more halvings of its triangles than
+/// `coverage::quadrature::HALVINGS_MAX`.
+const CELL_CAP_MAX_M: f64 = SIDE_MAX_M;
+
+/// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
+const WIDTH_MIN_M: f64 = 1e-6;
+
+/// Highest offset, peak or false reading: sums and gradients of them stay finite.
+pub(super) const COUNTS_MAX: f64 = 1e12;
+
+/// Finest step of a converter, counts: far below any noise, and no quotient overflows.
+const COUNTS_MIN: f64 = 1e-9;
+
+/// Largest drift of a clock, parts per million: far beyond any oscillator.
+const DRIFT_MAX_PPM: f64 = 1e5;
+
+/// The number of robots that `count` and `positions_m` agree on.
+pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
+    let positions = robots.positions_m.as_ref().map(Vec::len);
+    match (robots.count, positions) {
+        (None, None) => Err(problem(&["robots"], "`count` is missing in [robots]")),
+        (None, Some(positions)) => RobotCount::try_from(positions as i128)
+            .map_err(|refused| problem(&["robots.positions_m"], format!("robots.positions_m: {refused}"))),
+        (Some(count), Some(positions)) if count.get() as usize != positions => Err(problem(
+            &["robots.count", "robots.positions_m"],
+            format!("robots.count is {}, but robots.positions_m places {positions}", count.get()),
+        )
+        .hint("without positions_m (on the command line: --set robots.positions_m=) placement is random")),
+        (Some(count), _) => Ok(count),
+    }
+}
+
+/// Does every key that is given mean something? To be asked before defaults are filled in.
+pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
+    let (channel, light) = (&scenario.channel, &scenario.light);
+    if channel.model == ChannelModel::Voronoi {
+        let keys = [
+            ("range_m", channel.range_m.is_some()),
+            ("soft_edge_m", channel.soft_edge_m.is_some()),
+            ("interference_range_m", channel.interference_range_m.is_some()),
+        ];
+        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
+            return Err(without_meaning(&format!("channel.{key}"), "channel.model", "voronoi"));
+        }
+    }
+    if channel.occluded_interference.is_some() && channel.occlusion != Some(true) {
+        let path = "channel.occluded_interference";
+        let message = format!("{path} has no meaning without channel.occlusion = true: bodies block nothing");
+        return Err(problem(&[path], message).hint(format!("remove it (on the command line: --set {path}=)")));
+    }
+    if let Some(key) = channel.meaningless_with_access().next() {
+        let (choice, chosen) = match channel.access {
+            Some(access) => ("channel.access", name(&access)),
+            None => ("channel.profile", name(&channel.profile)),
+        };
+        return Err(without_meaning(&format!("channel.{key}"), choice, &chosen));
+    }
+    let sensors = &scenario.sensors;
+    let by_default = scenario.robots.drive == Drive::Differential;
+    if sensors.odometry_error.get() > 0.0 && !sensors.odometry.unwrap_or(by_default) {
+        let path = "sensors.odometry_error";
+        let message = format!("{path} has no meaning without odometry");
+        return Err(
+            problem(&[path], message).hint("grant it (on the command line: --set sensors.odometry=true)")
+        );
+    }
+    match light.meaningless_without_ring().next() {
+        Some(key) => Err(without_meaning(&format!("light.{key}"), "light.sensor", "ideal")),
+        None => Ok(()),
+    }
+}
+
+/// Everything else, from the first table to the last.
+pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+    time(scenario)?;
+    headings(scenario)?;
+    size(scenario)?;
+    room(scenario)?;
+    positions_in_arena(scenario)?;
+    positions_apart(scenario)?;
+    field(&scenario.field)?;
+    gain(scenario)?;
+    gradient(&scenario.controller)?;
+    cell_cap(&scenario.controller)?;
+    bounded_cells(scenario)?;
+    light(scenario)?;
+    reach(&scenario.channel)?;
+    cycle(scenario)?;
+    clocks(scenario)?;
+    air(&scenario.channel)?;
+    fast_clocks(scenario)?;
+    measurement(scenario)?;
+    fault_check::plan(scenario)
+}
+
+fn time(scenario: &Scenario) -> Result<(), Problem> {
+    let (step_s, duration_s) = (scenario.step_s.get(), scenario.duration_s.get());
+    ensure(step_s <= duration_s, || {
+        let message = format!("step_s = {step_s} is longer than the whole run, duration_s = {duration_s}");
+        problem(&["step_s", "duration_s"], message)
+    })
+}
+
+fn headings(scenario: &Scenario) -> Result<(), Problem> {
+    let Some(headings) = &scenario.robots.headings_rad else { return Ok(()) };
+    let count = scenario.robot_count();
+    ensure(headings.len() == count as usize, || {
+        problem(
+            &["robots.headings_rad", "robots.count"],
+            format!("robots.headings_rad lists {}, but there are {count} robots", headings.len()),
+        )
+        .hint("without headings_rad (on the command line: --set robots.headings_rad=) they are random")
+    })
+}
+
+fn size(scenario: &Scenario) -> Result<(), Problem> {
+    let [width, height] = scenario.arena.size_m.get();
+    let sensible = SIDE_MIN_M..=SIDE_MAX_M;
+    ensure(sensible.contains(&width) && sensible.contains(&height), || {
+        let message =
+            format!("an arena of {width} m x {height} m is beyond {SIDE_MIN_M} m to {SIDE_MAX_M} m a side");
+        problem(&["arena.size_m"], message)
+    })
+}
+
+/// Equal discs in a convex region cover at most π/sqrt(12) of it (Fejes Tóth): 2·sqrt(3)·r² each.
+fn room(scenario: &Scenario) -> Result<(), Problem> {
+    let paths = ["robots.radius_m", "robots.count", "arena.size_m"];
+    let [width, height] = scenario.arena.size_m.get();
+    let radius = scenario.robots.radius_m.get();
+    ensure(2.0 * radius <= width.min(height), || {
+        problem(&paths, format!("a robot of radius {radius} m does not fit into {width} m x {height} m"))
+    })?;
+
+    let count = scenario.robot_count();
+    let (needed, available) = (f64::from(count) * 2.0 * 3f64.sqrt() * radius * radius, width * height);
+    ensure(needed <= available, || {
+        let message = format!(
+            "{count} robots of radius {radius} m cannot fit: packed as densely as discs can be they need \
+             {} m², the arena has {} m²",
+            short(needed),
+            short(available)
+        );
+        problem(&paths, message)
+    })
+}
+
+fn positions_in_arena(scenario: &Scenario) -> Result<(), Problem> {
+    let radius = scenario.robots.radius_m.get();
+    let inside =
+        |along: f64, side: f64| radius - CONTACT_SLACK_M <= along && along <= side - radius + CONTACT_SLACK_M;
+    let [width, height] = scenario.arena.size_m.get();
+    for (index, position) in scenario.robots.positions_m.iter().flatten().enumerate() {
+        let [x, y] = position.get();
+        ensure(inside(x, width) && inside(y, height), || {
+            let message = format!(
+                "robot {index} at [{x}, {y}] is not inside the arena of {width} m x {height} m: \
+                 its radius is {radius} m"
+            );
+            problem(&[&format!("robots.positions_m.{index}"), "robots.radius_m", "arena.size_m"], message)
+        })?;
+    }
+    Ok(())
+}
+
+/// Sweeps from left to right, so each robot meets only those less than a diameter to its right.
+fn positions_apart(scenario: &Scenario) -> Result<(), Problem> {
+    let diameter = 2.0 * scenario.robots.radius_m.get();
+    let mut placed: Vec<_> =
+        scenario.robots.positions_m.iter().flatten().map(|position| position.get()).enumerate().collect();
+    placed.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    for (place, &(i, [x, y])) in placed.iter().enumerate() {
+        for &(j, [other_x, other_y]) in placed[place + 1..].iter().take_while(|(_, o)| o[0] - x < diameter) {
+            let distance = libm::hypot(other_x - x, other_y - y);
+            ensure(distance >= diameter - CONTACT_SLACK_M, || {
+                let (first, second) = (i.min(j), i.max(j));
+                let message = format!(
+                    "robots {first} and {second} overlap: their centers are {} m apart, two bodies need {} m",
+                    short(distance),
+                    short(diameter)
+                );
+                problem(&[&format!("robots.positions_m.{second}"), "robots.radius_m"], message)
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// A percept has room for so many terms of φ, the offset among them.
+fn field(field: &FieldSpec) -> Result<(), Problem> {
+    let (peaks, room) = (field.gaussian.len() + field.lamp.len(), COMPONENTS_MAX - 1);
+    ensure(peaks <= room, || {
+        let message = format!("{peaks} Gaussians and lamps are more than the {room} a field can have");
+        problem(&["field.lamp", "field.gaussian", "field"], message)
+    })?;
+    let gaussians = field.gaussian.iter().enumerate().flat_map(|(index, peak)| {
+        let key = move |key| format!("field.gaussian.{index}.{key}");
+        [(key("sigma_m"), WIDTH_MIN_M, peak.sigma_m.get()), (key("gamma"), -COUNTS_MAX, peak.gamma.get())]
+    });
+    let lamps = field.lamp.iter().enumerate().flat_map(|(index, lamp)| {
+        let key = move |key| format!("field.lamp.{index}.{key}");
+        [
+            (key("half_distance_m"), WIDTH_MIN_M, lamp.half_distance_m.get()),
+            (key("peak"), -COUNTS_MAX, lamp.peak.get()),
+        ]
+    });
+    let offset = ("field.offset".to_owned(), -COUNTS_MAX, field.offset.get());
+    for (path, least, value) in iter::once(offset).chain(gaussians).chain(lamps) {
+        ensure((least..=COUNTS_MAX).contains(&value), || {
+            problem(&[&path], format!("{path} = {value:e} is beyond {least:e} to {COUNTS_MAX:e}"))
+        })?;
+    }
+    Ok(())
+}
+
+fn cell_cap(controller: &ControllerSpec) -> Result<(), Problem> {
+    let cap_m = controller.cell_cap_m.map_or(0.0, Positive::get);
+    ensure(cap_m <= CELL_CAP_MAX_M, || {
+        let message = format!(
+            "controller.cell_cap_m = {cap_m:e} is beyond {CELL_CAP_MAX_M:e}, the side of the largest arena"
+        );
+        problem(&["controller.cell_cap_m"], message).hint("without the key cells are not capped")
+    })
+}
+
+/// The `exact` law integrates over the whole cell, so the cell must end somewhere near.
+fn bounded_cells(scenario: &Scenario) -> Result<(), Problem> {
+    let bounded = scenario.arena.boundary_sensing || scenario.controller.cell_cap_m.is_some();
+    ensure(scenario.controller.law != Law::Exact || bounded, || {
+        let message = "controller.law = \"exact\" needs bounded cells: robots that sense no walls may have \
+                       cells hundreds of meters long";
+        problem(&["controller.law"], message)
+            .hint("set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)")
+    })
+}
+
+/// A command stands for a whole neighbor cycle.
+fn gain(scenario: &Scenario) -> Result<(), Problem> {
+    let (gain_per_s, cycle_s) = (scenario.controller.gain_per_s.get(), scenario.cycle_s());
+    let product = gain_per_s * cycle_s;
+    let span = if cycle_s == scenario.step_s.get() { "step_s" } else { "channel.cycle_s" };
+    ensure(product <= MAX_GAIN_STEP, || {
+        let message = format!(
+            "gain_per_s × {} = {} exceeds {MAX_GAIN_STEP}, beyond which the Euler step overshoots; \
+             lower one of them, e.g. {span} <= {}",
+            span.rsplit('.').next().unwrap_or(span),
+            short(product),
+            floor_to_three_digits(MAX_GAIN_STEP / gain_per_s)
+        );
+        problem(&["controller.gain_per_s", span], message)
+    })
+}
+
+fn gradient(controller: &ControllerSpec) -> Result<(), Problem> {
+    let path = "controller.gradient_magnitude_per_m";
+    match (controller.gradient, controller.gradient_magnitude_per_m) {
+        (GradientSource::Fixed, None) => Err(problem(
+            &["controller.gradient"],
+            "controller.gradient = \"fixed\" needs `gradient_magnitude_per_m` in [controller]",
+        )),
+        (GradientSource::Measured, Some(_)) => Err(without_meaning(path, "controller.gradient", "measured")),
+        (GradientSource::Fixed, Some(_)) | (GradientSource::Measured, None) => Ok(()),
+    }
+}
+
+fn light(scenario: &Scenario) -> Result<(), Problem> {
+    if scenario.light.sensor != LightSensor::Ring {
+        return Ok(());
+    }
+    ensure(!scenario.field.lamp.is_empty(), || {
+        problem(&["light.sensor"], "light.sensor = \"ring\" needs lamps, and the field has none")
+    })?;
+    for (index, lamp) in scenario.field.lamp.iter().enumerate() {
+        let (path, peak) = (format!("field.lamp.{index}.peak"), lamp.peak.get());
+        ensure(peak >= 0.0, || {
+            problem(&[&path], format!("{path} = {peak}: a diode sees no darkness; peaks are zero or more"))
+        })?;
+    }
+    let light = &scenario.light;
+    let bounded = [
+        ("height_m", light.height_m.map(|height| height.get()), WIDTH_MIN_M, SIDE_MAX_M),
+        ("gain_mismatch", light.gain_mismatch.map(|mismatch| mismatch.get()), 0.0, 1.0),
+        ("noise_counts", light.noise_counts.map(|noise| noise.get()), 0.0, COUNTS_MAX),
+        ("adc_max_counts", light.adc_max_counts.map(|max| max.get()), COUNTS_MIN, COUNTS_MAX),
+        ("adc_step_counts", light.adc_step_counts.map(|step| step.get()), COUNTS_MIN, COUNTS_MAX),
+    ];
+    for (key, value, least, most) in bounded {
+        ensure(value.is_none_or(|value| (least..=most).contains(&value)), || {
+            let value = value.unwrap_or_default();
+            let message = format!("light.{key} = {value:e} is beyond {least:e} to {most:e}");
+            problem(&[&format!("light.{key}")], message)
+        })?;
+    }
+    ensure(scenario.controller.gradient == GradientSource::Fixed, || {
+        problem(
+            &["light.sensor", "controller.gradient"],
+            "a ring of diodes tells a direction, but no gradient: it needs controller.gradient = \"fixed\"",
+        )
+    })
+}
+
+fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
+    let (ChannelModel::Range, range_m) = (channel.model, channel.range_m) else { return Ok(()) };
+    let Some(range_m) = range_m else {
+        return Err(problem(&["channel.model"], "channel.model = \"range\" needs `range_m` in [channel]"));
+    };
+    let edge_m = channel.soft_edge_m.map_or(0.0, |edge| edge.get());
+    ensure(edge_m <= range_m.get(), || {
+        let message = format!("the soft edge of {edge_m} m is wider than the range of {} m", range_m.get());
+        problem(&["channel.soft_edge_m", "channel.range_m"], message)
+    })?;
+    let interference_m =
+        channel.interference_range_m.map_or(range_m.get(), |interference| interference.get());
+    ensure(interference_m >= range_m.get(), || {
+        let message = format!(
+            "channel.interference_range_m = {interference_m} is less than range_m = {}: a packet that can be read \
+             disturbs as well",
+            range_m.get()
+        );
+        problem(&["channel.interference_range_m", "channel.range_m"], message)
+            .hint("without it (on the command line: --set channel.interference_range_m=) it is range_m")
+    })
+}
+
+fn cycle(scenario: &Scenario) -> Result<(), Problem> {
+    let (cycle_s, step_s) = (scenario.cycle_s(), scenario.step_s.get());
+    let duration_s = scenario.time_of(scenario.ticks()).min(scenario.duration_s.get());
+    ensure(cycle_s >= step_s * (1.0 - ROUNDING), || {
+        let message =
+            format!("channel.cycle_s = {cycle_s} is shorter than a tick, step_s = {step_s}; lower step_s");
+        problem(&["channel.cycle_s", "step_s"], message)
+    })?;
+    ensure(cycle_s <= duration_s, || {
+        let message =
+            format!("channel.cycle_s = {cycle_s} is longer than the whole run, duration_s = {duration_s}");
+        problem(&["channel.cycle_s", "channel.profile", "duration_s"], message)
+    })
+}
+
+/// A robot's timer fires once per cycle, whatever its clock is like.
+fn clocks(scenario: &Scenario) -> Result<(), Problem> {
+    let (drift_ppm, jitter_s) =
+        (scenario.processes.clock_drift_ppm.get(), scenario.processes.timer_jitter_s.get());
+    ensure(drift_ppm <= DRIFT_MAX_PPM, || {
+        let message = format!(
+            "processes.clock_drift_ppm = {drift_ppm} is more than {DRIFT_MAX_PPM}, a tenth of all time; quartz \
+             drifts by some 50"
+        );
+        problem(&["processes.clock_drift_ppm"], message)
+    })?;
+    let cycle_s = scenario.cycle_s();
+    ensure(jitter_s < cycle_s, || {
+        let message = format!(
+            "processes.timer_jitter_s = {jitter_s} is not less than a neighbor cycle, {cycle_s} s: timers would \
+             overtake themselves"
+        );
+        problem(&["processes.timer_jitter_s", "channel.cycle_s", "step_s"], message)
+    })
+}
+
+/// Packets of one robot never overlap, and each fits where it is to be.
+fn air(channel: &ChannelSpec) -> Result<(), Problem> {
+    let (Some(access), Some(cycle_s), Some(airtime_s)) = (channel.access, channel.cycle_s, channel.airtime_s)
+    else {
+        return Ok(());
+    };
+    let (cycle_s, airtime_s) = (cycle_s.get(), airtime_s.get());
+    ensure(airtime_s <= cycle_s, || {
+        let message = format!(
+            "a packet of channel.airtime_s = {airtime_s} is longer than the cycle, channel.cycle_s = {cycle_s}"
+        );
+        problem(&["channel.airtime_s", "channel.cycle_s", "channel.profile"], message)
+    })?;
+    let fits = |needed_s: f64| needed_s <= cycle_s * (1.0 + ROUNDING);
+    match access {
+        Access::Random | Access::Aligned => {
+            let guard_s = channel.guard_s.map_or(airtime_s, |guard| guard.get());
+            ensure((airtime_s..=cycle_s).contains(&guard_s), || {
+                let message = format!(
+                    "channel.guard_s = {guard_s} is not between airtime_s = {airtime_s} (a packet ends in its \
+                     own cycle) and cycle_s = {cycle_s}"
+                );
+                problem(&["channel.guard_s", "channel.airtime_s"], message)
+            })
+        }
+        Access::Slotted => {
+            let slots = channel.slots.map_or(1, |slots| slots.get());
+            ensure(fits(f64::from(slots) * airtime_s), || {
+                let message = format!(
+                    "{slots} slots of channel.airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
+                );
+                problem(&["channel.slots", "channel.airtime_s"], message)
+            })
+        }
+        Access::FixedPhase => {
+            let jitter_s = channel.jitter_s.map_or(0.0, |jitter| jitter.get());
+            ensure(fits(jitter_s + airtime_s), || {
+                let message = format!(
+                    "channel.jitter_s = {jitter_s} and airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
+                );
+                problem(&["channel.jitter_s", "channel.airtime_s"], message)
+            })
+        }
+        Access::Instant => Ok(()),
+    }
+}
+
+/// Checks that a cycle holds what it has to on the fastest clock as well.
+fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
+    let (channel, drift_ppm) = (&scenario.channel, scenario.processes.clock_drift_ppm.get());
+    let seconds = |key: Option<NonNegative>| key.map_or(0.0, |seconds| seconds.get());
+    let airtime_s = channel.airtime_s.map_or(0.0, |airtime| airtime.get());
+    let (key, needed_s) = match channel.access {
+        Some(Access::Random) => ("channel.guard_s", seconds(channel.guard_s)),
+        Some(Access::FixedPhase) => ("channel.airtime_s", seconds(channel.jitter_s) + airtime_s),
+        _ => return Ok(()),
+    };
+    let shortest_s = scenario.cycle_s() * (1.0 - drift_ppm * 1e-6);
+    ensure(drift_ppm == 0.0 || needed_s <= shortest_s * (1.0 + ROUNDING), || {
+        let what = if key == "channel.guard_s" { "the guard" } else { "jitter and airtime" };
+        let message = format!(
+            "{what} of {} s cannot be in a cycle of the fastest clock: with processes.clock_drift_ppm = \
+             {drift_ppm} it lasts {} s",
+            short(needed_s),
+            short(shortest_s)
+        );
+        problem(&["processes.clock_drift_ppm", key, "channel.cycle_s"], message)
+    })
+}
+
+fn measurement(scenario: &Scenario) -> Result<(), Problem> {
+    let channel = &scenario.channel;
+    let bounded = [
+        ("channel.sigma_range", channel.sigma_range, 1.0),
+        ("channel.sigma_bearing_deg", channel.sigma_bearing_deg, 180.0),
+        ("channel.sigma_orientation_deg", channel.sigma_orientation_deg, 180.0),
+        ("channel.bearing_step_deg", channel.bearing_step_deg, 360.0),
+        ("channel.orientation_step_deg", channel.orientation_step_deg, 360.0),
+        ("sensors.odometry_error", Some(scenario.sensors.odometry_error), 1.0),
+    ];
+    for (key, value, most) in bounded {
+        let value = value.map_or(0.0, |value| value.get());
+        ensure(value <= most, || problem(&[key], format!("{key} = {value} is more than {most}")))?;
+    }
+    let steps = [
+        ("bearing_step_deg", channel.bearing_step_deg),
+        ("orientation_step_deg", channel.orientation_step_deg),
+    ];
+    steps.into_iter().try_for_each(|(key, step)| whole_turn(key, step.map_or(0.0, |step| step.get())))
+}
+
+/// A turn is a whole number of steps; else the last one would be shorter than the others, straight behind a robot.
+fn whole_turn(key: &str, step_deg: f64) -> Result<(), Problem> {
+    let steps = 360.0 / step_deg;
+    let is_whole = step_deg == 0.0 || (steps - steps.round()).abs() <= ROUNDING * steps;
+    ensure(is_whole, || {
+        let [finer_deg, coarser_deg] = [steps.ceil(), steps.floor()].map(|steps| 360.0 / steps);
+        let message = format!("channel.{key} = {step_deg} does not divide 360 degrees");
+        problem(&[&format!("channel.{key}")], message)
+            .hint(format!("the nearest steps that do are {finer_deg} and {coarser_deg} (0 is exact)"))
+    })
+}
+
+/// As the file spells it.
+fn name(choice: &impl serde::Serialize) -> String {
+    let value = toml::Value::try_from(choice).expect("a choice is a name");
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
+    problem(&[path, choice], format!("{path} has no meaning with {choice} = \"{chosen}\""))
+        .hint(format!("remove it (on the command line: --set {path}=)"))
+}
+
+/// For messages: at most six decimals.
+fn short(value: f64) -> f64 {
+    let rounded = (value * 1e6).round() / 1e6;
+    if rounded.is_finite() { rounded } else { value }
+}
+
+/// For advice: never above the value.
+fn floor_to_three_digits(value: f64) -> f64 {
+    let scale = libm::pow(10.0, 2.0 - libm::floor(libm::log10(value)));
+    (value * scale).floor() / scale
+}

@@ -1,0 +1,702 @@
+//! Messages as shared memory holds them: raw numbers, checked once on arrival.
+//!
+//! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header, or on a blackboard its
+//! parts in several values; a command is one [`RawCommand`]. Any process of the same user can write here, so nothing is
+//! believed: [`RawCommand::check`] and [`RawPercept::read`] turn bytes into checked types, or say
+//! why not. Both directions keep every bit of every number, so that processes and the in-process
+//! engine compute the same.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::clock::Stamp;
+use protocol::{
+    command::Command,
+    frame::BodyVector,
+    odometry::Odometry,
+    packet::{PACKET_BYTES_MAX, Packet, PacketError},
+    percept::{
+        COMPONENTS_MAX, DELIVERIES_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX,
+        Wall,
+    },
+    robot_id::RobotId,
+    units::{Meters, NotFinite, Radians},
+};
+
+/// The tick number of a command that was given before the first percept; of a percept, that the agent is to
+/// forget everything and boot again: another trial begins.
+pub const BOOT_TICK: Tick = Tick::MAX;
+
+/// Largest component of an estimated error (m) or velocity (m/s) that is carried out. An honest robot stays far
+/// below: a cell that a gap just under π leaves open reaches some 1e9 m. Odometry is held to it as well: so the
+/// difference of two readings is finite.
+const REASON: f64 = 1e12;
+
+/// One infrared frame: the first `len` bytes count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawFrame {
+    /// Bytes in use; more than [`PACKET_BYTES_MAX`] is refused.
+    pub len: u8,
+    /// The frame, padded with zeros.
+    pub bytes: [u8; PACKET_BYTES_MAX],
+}
+const _: () = assert!(size_of::<RawFrame>() == 24);
+
+/// A packet as one receiver heard it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawDelivery {
+    /// Distance to the sender.
+    pub range_m: f64,
+    /// Direction to the sender, body frame.
+    pub bearing_rad: f64,
+    /// Heading of the sender relative to the receiver's.
+    pub orientation_rad: f64,
+    /// The frame that was heard.
+    pub frame: RawFrame,
+}
+const _: () = assert!(size_of::<RawDelivery>() == 48);
+
+/// A wall: r · (cos bearing, sin bearing) <= distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawWall {
+    /// Distance along the normal.
+    pub distance_m: f64,
+    /// Bearing of the outward normal.
+    pub bearing_rad: f64,
+}
+const _: () = assert!(size_of::<RawWall>() == 16);
+
+/// One term of the true field: kind 0 constant (a = value), 1 Gaussian (a = amplitude, b = σ),
+/// 2 lamp (a = peak, b = half distance).
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawComponent {
+    /// Which formula.
+    pub kind: u32,
+    /// Zero.
+    pub padding: u32,
+    /// Center, body frame.
+    pub x_m: f64,
+    /// Center, body frame.
+    pub y_m: f64,
+    /// Height.
+    pub a: f64,
+    /// Width in meters.
+    pub b: f64,
+}
+const _: () = assert!(size_of::<RawComponent>() == 40);
+
+/// Fixed part of a percept, and how much there is of the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawHead {
+    /// Number of the tick.
+    pub tick: u64,
+    /// φ at the robot.
+    pub light: f64,
+    /// Stimulus: gradient x, or bearing.
+    pub stimulus_a: f64,
+    /// Stimulus: gradient y.
+    pub stimulus_b: f64,
+    /// 0 none, 1 gradient, 2 bearing.
+    pub stimulus_kind: u32,
+    /// 1 if the bump skirt was pressed.
+    pub bump: u16,
+    /// 1 if there is odometry, 0 if not.
+    pub has_odometry: u16,
+    /// Walls in use.
+    pub walls_len: u32,
+    /// Field components in use.
+    pub field_len: u32,
+    /// Odometry: position, body frame of the beginning; 0 if there is none.
+    pub odometry_x_m: f64,
+    /// Odometry: position, body frame of the beginning; 0 if there is none.
+    pub odometry_y_m: f64,
+    /// Odometry: heading, body frame of the beginning; 0 if there is none.
+    pub odometry_heading_rad: f64,
+}
+const _: () = assert!(size_of::<RawHead>() == 72);
+
+/// All walls there may be; the head says how many there are.
+pub type RawWalls = [RawWall; WALLS_MAX];
+/// All components there may be; the head says how many there are.
+pub type RawField = [RawComponent; COMPONENTS_MAX];
+
+/// Everything of a percept but its deliveries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawPercept {
+    /// Fixed part.
+    pub head: RawHead,
+    /// Walls.
+    pub walls: RawWalls,
+    /// The true field.
+    pub field: RawField,
+}
+const _: () = assert!(size_of::<RawPercept>() == 72 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
+
+/// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::clock::Clock) of the
+/// machine. Nobody depends on these numbers: they are for who looks at the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawTimes {
+    /// Stamp of the moment it woke up; 0 if it did not measure.
+    pub woke: u64,
+    /// In real time, stamp of the moment the percept had been read and checked, which may be long before; else 0.
+    pub heard: u64,
+    /// From then on until its percept was read and checked; these and the next ones are counts of the clock, and
+    /// the largest `u32` for more than that.
+    pub receive: u32,
+    /// Until what it had heard was in its neighbor table.
+    pub neighbors: u32,
+    /// Until its cell was cut.
+    pub cell: u32,
+    /// Until that was cut to V+.
+    pub truncation: u32,
+    /// Until it knew its goal.
+    pub centroid: u32,
+    /// In the cycle before, from the goal until the command was made and sent; 0 if there was none.
+    pub publish_before: u32,
+    /// In real time, by how much its timer fired late, nanoseconds.
+    pub late_ns: u32,
+    /// In real time, timer periods that went by without a cycle, in its whole life.
+    pub missed: u32,
+}
+const _: () = assert!(size_of::<RawTimes>() == 48);
+
+/// An agent's answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawCommand {
+    /// The tick of the percept it answers, or [`BOOT_TICK`].
+    pub tick: u64,
+    /// Index of the robot.
+    pub robot: u32,
+    /// Its incarnation.
+    pub incarnation: u32,
+    /// Estimated error, body frame; 0 if there is none.
+    pub error_x_m: f64,
+    /// Estimated error, body frame; 0 if there is none.
+    pub error_y_m: f64,
+    /// Velocity, body frame.
+    pub velocity_x_m_per_s: f64,
+    /// Velocity, body frame.
+    pub velocity_y_m_per_s: f64,
+    /// The next packet.
+    pub frame: RawFrame,
+    /// The agent's process, for messages about it; 0 if it has no number where the arena is.
+    pub pid: u32,
+    /// 1 if there is an estimated error, 0 if not.
+    pub has_error: u32,
+    /// How long it took.
+    pub times: RawTimes,
+}
+const _: () = assert!(size_of::<RawCommand>() == 128);
+
+/// Why a command is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    /// It answers another tick.
+    #[error("it answers tick {actual}, the arena waits for tick {expected}")]
+    Tick {
+        /// The tick the arena waits for.
+        expected: Tick,
+        /// The tick in the message.
+        actual: Tick,
+    },
+    /// It names another robot, or another life of this one.
+    #[error("it names robot {index} incarnation {incarnation}, this uplink belongs to {expected}")]
+    Sender {
+        /// Robot whose uplink it came through.
+        expected: RobotId,
+        /// The index in the message.
+        index: u32,
+        /// The incarnation in the message.
+        incarnation: u32,
+    },
+    /// NaN, or beyond all reason.
+    #[error("its {what} is ({x}, {y}), not within ±{REASON:e}")]
+    Vector {
+        /// `estimated error` or `velocity`.
+        what: &'static str,
+        /// x as received.
+        x: f64,
+        /// y as received.
+        y: f64,
+    },
+    /// It neither has an estimated error nor has none.
+    #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
+    Flag(u32),
+    /// Its packet would not decode.
+    #[error("its packet does not decode: {0}")]
+    Packet(#[from] PacketError),
+}
+
+/// Why a percept is refused as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PerceptError {
+    /// A number that is no quantity.
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
+    /// An enumeration or length out of its range.
+    #[error("{what} is {value}, at most {max} is known")]
+    OutOfRange {
+        /// Name of the field.
+        what: &'static str,
+        /// Its value.
+        value: u32,
+        /// The largest known value.
+        max: u32,
+    },
+    /// NaN, or beyond all reason.
+    #[error("{what} is {value}, not within ±{REASON:e}")]
+    Unreasonable {
+        /// Name of the field.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl RawFrame {
+    /// The frame of `packet`.
+    pub fn of(packet: &Packet) -> Self {
+        let encoded = packet.encode();
+        let mut bytes = [0; PACKET_BYTES_MAX];
+        bytes[..encoded.len()].copy_from_slice(&encoded);
+        Self { len: encoded.len() as u8, bytes }
+    }
+
+    /// Reads the packet in this frame.
+    pub fn decode(&self) -> Result<Packet, PacketError> {
+        let len = usize::from(self.len);
+        let frame =
+            self.bytes.get(..len).ok_or(PacketError::Length { expected: PACKET_BYTES_MAX, actual: len })?;
+        Packet::decode(frame)
+    }
+}
+
+impl RawTimes {
+    /// When the percept had been read and checked.
+    pub fn received(&self) -> Stamp {
+        match self.heard {
+            0 => Stamp(self.woke.saturating_add(self.receive.into())),
+            heard => Stamp(heard),
+        }
+    }
+
+    /// When the goal was known and publishing began.
+    pub fn decided(&self) -> Stamp {
+        let stages = [self.receive, self.neighbors, self.cell, self.truncation, self.centroid];
+        Stamp(stages.iter().fold(self.woke, |stamp, &stage| stamp.saturating_add(stage.into())))
+    }
+}
+
+impl RawCommand {
+    /// The message that carries `command` as the answer to `tick`, by an agent that measured nothing.
+    pub fn new(tick: Tick, command: &Command, pid: u32) -> Self {
+        let error = command.estimated_error.unwrap_or(BodyVector::HERE);
+        Self {
+            tick,
+            robot: command.packet.sender.index,
+            incarnation: command.packet.sender.incarnation.into(),
+            error_x_m: error.0.x,
+            error_y_m: error.0.y,
+            velocity_x_m_per_s: command.velocity.0.x,
+            velocity_y_m_per_s: command.velocity.0.y,
+            frame: RawFrame::of(&command.packet),
+            pid,
+            has_error: command.estimated_error.is_some().into(),
+            times: RawTimes::default(),
+        }
+    }
+
+    /// The same with what the agent has measured.
+    pub fn timed(self, times: RawTimes) -> Self {
+        Self { times, ..self }
+    }
+
+    /// Checks everything a command claims: tick, sender, numbers, packet.
+    pub fn check(&self, expected: RobotId, tick: Tick) -> Result<Command, CommandError> {
+        if self.robot != expected.index || self.incarnation != u32::from(expected.incarnation) {
+            return Err(CommandError::Sender { expected, index: self.robot, incarnation: self.incarnation });
+        }
+        if self.tick != tick {
+            return Err(CommandError::Tick { expected: tick, actual: self.tick });
+        }
+        let vector = |what, x: f64, y: f64| {
+            let reasonable = x.abs() <= REASON && y.abs() <= REASON;
+            reasonable.then_some(BodyVector::new(x, y)).ok_or(CommandError::Vector { what, x, y })
+        };
+        let estimated_error = match self.has_error {
+            0 => None,
+            1 => Some(vector("estimated error", self.error_x_m, self.error_y_m)?),
+            unknown => return Err(CommandError::Flag(unknown)),
+        };
+        let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
+        let packet = self.frame.decode()?;
+        if packet.sender != expected {
+            let RobotId { index, incarnation } = packet.sender;
+            return Err(CommandError::Sender { expected, index, incarnation: incarnation.into() });
+        }
+        Ok(Command { estimated_error, velocity, packet })
+    }
+}
+
+impl RawDelivery {
+    /// The message that carries `delivery`, whose packet is in `frame`.
+    pub fn new(delivery: &Delivery, frame: RawFrame) -> Self {
+        Self {
+            range_m: delivery.range.get(),
+            bearing_rad: delivery.bearing.get(),
+            orientation_rad: delivery.orientation.get(),
+            frame,
+        }
+    }
+
+    fn check(&self) -> Option<Delivery> {
+        Some(Delivery {
+            packet: self.frame.decode().ok()?,
+            range: Meters::new(self.range_m)?,
+            bearing: Radians::new(self.bearing_rad)?,
+            orientation: Radians::new(self.orientation_rad)?,
+        })
+    }
+}
+
+impl RawHead {
+    /// The head of the message that carries `percept`.
+    pub fn new(percept: &Percept) -> Self {
+        let (stimulus_kind, stimulus_a, stimulus_b) = match percept.light.stimulus {
+            Stimulus::None => (0, 0.0, 0.0),
+            Stimulus::Gradient(gradient) => (1, gradient.0.x, gradient.0.y),
+            Stimulus::Bearing(bearing) => (2, bearing.get(), 0.0),
+        };
+        let odometry = percept.odometry.unwrap_or_default();
+        Self {
+            tick: percept.tick,
+            light: percept.light.value,
+            stimulus_a,
+            stimulus_b,
+            stimulus_kind,
+            bump: percept.bump.into(),
+            walls_len: percept.walls.len() as u32,
+            field_len: percept.field.len() as u32,
+            has_odometry: percept.odometry.is_some().into(),
+            odometry_x_m: odometry.position.0.x,
+            odometry_y_m: odometry.position.0.y,
+            odometry_heading_rad: odometry.heading.get(),
+        }
+    }
+
+    /// Checks a percept but for its deliveries and writes it to `percept`, which stays as it was if something
+    /// is refused. Its deliveries are none then. `walls` and `field` may be empty where the head says that there are
+    /// none.
+    pub fn read(
+        &self,
+        walls: &[RawWall],
+        field: &[RawComponent],
+        percept: &mut Percept,
+    ) -> Result<(), PerceptError> {
+        let in_range = |what, value: u32, max: usize| match value as usize <= max {
+            true => Ok(value as usize),
+            false => Err(PerceptError::OutOfRange { what, value, max: max as u32 }),
+        };
+        let walls = &walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
+        let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
+        let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
+        let odometry = self.odometry()?;
+        walls.iter().try_for_each(|wall| wall.check().map(drop))?;
+        field.iter().try_for_each(|component| component.check().map(drop))?;
+        // Nothing is written before everything is known to be good. Lists are filled in their place: they have
+        // room for far more than they hold, and moving one would move all of that.
+        percept.tick = self.tick;
+        percept.bump = self.bump != 0;
+        percept.light = light;
+        percept.odometry = odometry;
+        percept.walls.clear();
+        percept.walls.extend(walls.iter().flat_map(RawWall::check));
+        percept.field.clear();
+        percept.field.extend(field.iter().flat_map(RawComponent::check));
+        percept.deliveries.clear();
+        Ok(())
+    }
+
+    fn stimulus(&self) -> Result<Stimulus, PerceptError> {
+        match self.stimulus_kind {
+            0 => Ok(Stimulus::None),
+            1 => Ok(Stimulus::Gradient(BodyVector::new(
+                finite(self.stimulus_a, "counts per meter")?,
+                finite(self.stimulus_b, "counts per meter")?,
+            ))),
+            2 => Ok(Stimulus::Bearing(self.stimulus_a.try_into()?)),
+            value => Err(PerceptError::OutOfRange { what: "stimulus kind", value, max: 2 }),
+        }
+    }
+
+    fn odometry(&self) -> Result<Option<Odometry>, PerceptError> {
+        match self.has_odometry {
+            0 => Ok(None),
+            1 => Ok(Some(Odometry {
+                position: BodyVector::new(
+                    reasonable("odometry x", self.odometry_x_m)?,
+                    reasonable("odometry y", self.odometry_y_m)?,
+                ),
+                heading: reasonable("odometry heading", self.odometry_heading_rad)?.try_into()?,
+            })),
+            value => Err(PerceptError::OutOfRange { what: "flag for odometry", value: value.into(), max: 1 }),
+        }
+    }
+}
+
+impl RawPercept {
+    /// The header of the message that carries `percept`.
+    pub fn new(percept: &Percept) -> Self {
+        Self { head: RawHead::new(percept), walls: raw_walls(percept), field: raw_field(percept) }
+    }
+
+    /// Checks this header and its deliveries and writes them to `percept`, which stays as it was
+    /// if the header is refused. Deliveries that do not decode are left out; returns how many.
+    pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
+        self.head.read(&self.walls, &self.field, percept)?;
+        Ok(add_deliveries(deliveries, percept))
+    }
+}
+
+/// The walls of `percept`, padded with zeros.
+pub fn raw_walls(percept: &Percept) -> RawWalls {
+    let mut raw = RawWalls::default();
+    for (slot, wall) in raw.iter_mut().zip(&percept.walls) {
+        *slot = RawWall { distance_m: wall.distance.get(), bearing_rad: wall.bearing.get() };
+    }
+    raw
+}
+
+/// The true field in `percept`, padded with zeros.
+pub fn raw_field(percept: &Percept) -> RawField {
+    let mut raw = RawField::default();
+    for (slot, component) in raw.iter_mut().zip(&percept.field) {
+        *slot = RawComponent::new(component);
+    }
+    raw
+}
+
+/// Adds to `percept` what decodes and has room; returns how many do not.
+pub fn add_deliveries(raw: &[RawDelivery], percept: &mut Percept) -> u32 {
+    let before = percept.deliveries.len();
+    let room = DELIVERIES_MAX - before;
+    percept.deliveries.extend(raw.iter().filter_map(RawDelivery::check).take(room));
+    (raw.len() - (percept.deliveries.len() - before)) as u32
+}
+
+impl RawWall {
+    fn check(&self) -> Result<Wall, PerceptError> {
+        Ok(Wall { distance: self.distance_m.try_into()?, bearing: self.bearing_rad.try_into()? })
+    }
+}
+
+impl RawComponent {
+    fn new(component: &FieldComponent) -> Self {
+        let raw = |kind, at: BodyVector, a, b| Self { kind, padding: 0, x_m: at.0.x, y_m: at.0.y, a, b };
+        match *component {
+            FieldComponent::Constant(value) => raw(0, BodyVector::HERE, value, 0.0),
+            FieldComponent::Gaussian { center, amplitude, sigma_m } => raw(1, center, amplitude, sigma_m),
+            FieldComponent::Lamp { position, peak, half_distance_m } => {
+                raw(2, position, peak, half_distance_m)
+            }
+        }
+    }
+
+    fn check(&self) -> Result<FieldComponent, PerceptError> {
+        let at = BodyVector::new(finite(self.x_m, "meters")?, finite(self.y_m, "meters")?);
+        let (a, b) = (finite(self.a, "counts")?, finite(self.b, "meters")?);
+        match self.kind {
+            0 => Ok(FieldComponent::Constant(a)),
+            1 => Ok(FieldComponent::Gaussian { center: at, amplitude: a, sigma_m: b }),
+            2 => Ok(FieldComponent::Lamp { position: at, peak: a, half_distance_m: b }),
+            value => Err(PerceptError::OutOfRange { what: "component kind", value, max: 2 }),
+        }
+    }
+}
+
+fn reasonable(what: &'static str, value: f64) -> Result<f64, PerceptError> {
+    if value.abs() <= REASON { Ok(value) } else { Err(PerceptError::Unreasonable { what, value }) }
+}
+
+fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
+    if value.is_finite() { Ok(value) } else { Err(NotFinite { value, unit }) }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const ROBOT: RobotId = RobotId { index: 7, incarnation: 2 };
+
+    fn command() -> Command {
+        Command {
+            estimated_error: Some(BodyVector::new(0.1, -0.2)),
+            velocity: BodyVector::new(0.01, -0.02),
+            packet: Packet { sender: ROBOT, sequence: 5, light: 3.5 },
+        }
+    }
+
+    fn raw() -> RawCommand {
+        RawCommand::new(12, &command(), 4242)
+    }
+
+    fn refusal(raw: RawCommand) -> String {
+        raw.check(ROBOT, 12).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_command_survives_shared_memory() {
+        let lost = Command { estimated_error: None, ..command() };
+        for command in [command(), lost] {
+            assert_eq!(RawCommand::new(12, &command, 4242).check(ROBOT, 12), Ok(command));
+        }
+    }
+
+    #[test]
+    fn a_command_that_neither_has_an_error_nor_has_none_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { has_error: 2, ..raw() }),
+            "its flag for an estimated error is 2, only 0 and 1 are known"
+        );
+    }
+
+    #[test]
+    fn a_stale_tick_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { tick: 11, ..raw() }),
+            "it answers tick 11, the arena waits for tick 12"
+        );
+    }
+
+    #[test]
+    fn a_foreign_incarnation_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { incarnation: 1, ..raw() }),
+            "it names robot 7 incarnation 1, this uplink belongs to robot 7 (life 3)"
+        );
+    }
+
+    #[test]
+    fn a_nan_velocity_is_refused() {
+        assert_eq!(
+            refusal(RawCommand { velocity_x_m_per_s: f64::NAN, ..raw() }),
+            "its velocity is (NaN, -0.02), not within ±1e12"
+        );
+    }
+
+    #[test]
+    fn a_packet_longer_than_a_frame_is_refused() {
+        let mut long = raw();
+        long.frame.len = 200;
+        assert_eq!(refusal(long), "its packet does not decode: frame holds 200 bytes, this packet needs 23");
+    }
+
+    #[test]
+    fn a_flipped_bit_is_refused() {
+        let mut flipped = raw();
+        flipped.frame.bytes[4] ^= 1;
+        assert!(refusal(flipped).contains("checksum"));
+    }
+
+    #[test]
+    fn a_packet_in_another_robots_name_is_refused() {
+        let forged =
+            Command { packet: Packet { sender: RobotId::first(3), ..command().packet }, ..command() };
+        let raw = RawCommand { robot: 7, incarnation: 2, ..RawCommand::new(12, &forged, 1) };
+        assert!(refusal(raw).contains("names robot 3"));
+    }
+
+    fn percept() -> Percept {
+        let mut percept = Percept::empty(3);
+        percept.light = Light { value: 2.0, stimulus: Stimulus::Gradient(BodyVector::new(0.5, -0.0)) };
+        percept.bump = true;
+        let heading = Radians::new(-3.0).unwrap();
+        percept.odometry = Some(Odometry { position: BodyVector::new(-0.25, 7.0), heading });
+        percept.deliveries.push(Delivery {
+            packet: command().packet,
+            range: Meters::new(0.3).unwrap(),
+            bearing: Radians::new(-1.0).unwrap(),
+            orientation: Radians::new(2.0).unwrap(),
+        });
+        percept.walls.push(Wall { distance: Meters::new(1.0).unwrap(), bearing: Radians::new(0.1).unwrap() });
+        percept.field.push(FieldComponent::Lamp {
+            position: BodyVector::new(1.0, 2.0),
+            peak: 500.0,
+            half_distance_m: 0.5,
+        });
+        percept
+    }
+
+    fn deliveries(percept: &Percept) -> Vec<RawDelivery> {
+        let raw = |delivery: &Delivery| RawDelivery::new(delivery, RawFrame::of(&delivery.packet));
+        percept.deliveries.iter().map(raw).collect()
+    }
+
+    #[test]
+    fn times_beyond_reason_do_not_wrap_around() {
+        let times = RawTimes { woke: u64::MAX - 1, receive: 5, cell: 7, ..RawTimes::default() };
+        assert_eq!((times.received(), times.decided()), (Stamp(u64::MAX), Stamp(u64::MAX)));
+        let times = RawTimes { woke: 100, receive: 5, cell: 7, centroid: 1, ..RawTimes::default() };
+        assert_eq!((times.received(), times.decided()), (Stamp(105), Stamp(113)));
+    }
+
+    #[test]
+    fn a_percept_survives_shared_memory() {
+        let (sent, mut read) = (percept(), Percept::empty(0));
+        assert_eq!(RawPercept::new(&sent).read(&deliveries(&sent), &mut read), Ok(0));
+        assert_eq!(read, sent);
+    }
+
+    #[test]
+    fn a_delivery_that_does_not_decode_is_left_out_and_counted() {
+        let (sent, mut read) = (percept(), Percept::empty(0));
+        let mut raw = deliveries(&sent);
+        raw.push(RawDelivery { range_m: f64::NAN, ..raw[0] });
+        assert_eq!(RawPercept::new(&sent).read(&raw, &mut read), Ok(1));
+        assert_eq!(read.deliveries.len(), 1);
+    }
+
+    #[test]
+    fn odometry_that_is_no_place_or_neither_there_nor_not_is_refused() {
+        let good = RawPercept::new(&percept()).head;
+        let heads = [
+            RawHead { odometry_x_m: f64::INFINITY, ..good },
+            RawHead { odometry_heading_rad: f64::NAN, ..good },
+            // Finite, but the difference of two such readings need not be.
+            RawHead { odometry_y_m: -1e308, ..good },
+            RawHead { odometry_heading_rad: 1e308, ..good },
+            RawHead { has_odometry: 2, ..good },
+        ];
+        for head in heads {
+            let mut read = Percept::empty(0);
+            assert!(RawPercept { head, ..RawPercept::new(&percept()) }.read(&[], &mut read).is_err());
+            assert_eq!(read, Percept::empty(0), "nothing of it is believed");
+        }
+    }
+
+    #[test]
+    fn a_percept_that_overstates_its_walls_is_refused() {
+        let mut raw = RawPercept::new(&percept());
+        raw.head.walls_len = 9;
+        assert!(raw.read(&[], &mut Percept::empty(0)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; PACKET_BYTES_MAX]) {
+            let frame = RawFrame { len, bytes };
+            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, frame, ..RawCommand::default() };
+            let _ = raw.check(ROBOT, 12);
+        }
+    }
+}

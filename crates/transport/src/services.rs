@@ -1,0 +1,480 @@
+//! The iceoryx2 side of a run: the one module that touches it.
+//!
+//! Each life of a robot has two services of its own, one per direction, with its index and incarnation in
+//! their names. One uplink for all would cost O(N²), because `receive` scans every connection. The incarnation
+//! is in the name because a killed agent's port stays taken: its successor gets services of its own. One
+//! reader and one writer at most keep a second agent from driving the same robot.
+//!
+//! There are two planes, which agree to the last bit: `blackboard` and `publish_subscribe`.
+
+mod blackboard;
+mod publish_subscribe;
+
+use std::{collections::BTreeSet, fmt, fs, path::Path, time::Duration};
+
+use iceoryx2::{
+    config::Config,
+    node::{Node, NodeBuilder, NodeState},
+    prelude::{
+        CallbackProgression, FileName, LogLevel, Path as IoxPath, SemanticString, ServiceName,
+        SignalHandlingMode, ipc, set_log_level,
+    },
+    service::port_factory::PortFactory,
+};
+
+use crate::{
+    frame_cache::Frames,
+    raw::{PerceptError, RawCommand},
+    run_dir::RunDir,
+    shared_memory::explained,
+};
+use protocol::{percept::Percept, robot_id::RobotId, setup::Plane};
+
+/// The arena, the agent, and one more that tries to take the robot over and is told no.
+const NODES_PER_SERVICE: usize = 3;
+/// How long opening a service waits for its creator, who on a busy machine may be slow.
+const CREATION_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// A failure of the transport, with what was being done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ServiceError {
+    /// Another agent drives this robot, or has driven it and not been replaced.
+    #[error("{0} already has an agent")]
+    Taken(RobotId),
+    /// The arena does not know this robot, or this life of it.
+    #[error("the run has no place for {0}")]
+    Unknown(RobotId),
+    /// Everything else.
+    #[error("cannot {doing}: {reason}")]
+    Transport {
+        /// Operation that failed.
+        doing: String,
+        /// Reason that iceoryx2 gave.
+        reason: String,
+    },
+}
+
+fn failed(doing: impl Into<String>) -> impl FnOnce(&dyn fmt::Debug) -> ServiceError {
+    let doing = doing.into();
+    // iceoryx2 tells of a full file system as of corruption.
+    move |reason| ServiceError::Transport { doing, reason: explained(format_args!("{reason:?}")) }
+}
+
+/// Why a service of `robot`, or a port of one, could not be opened, by the name of iceoryx2's error.
+fn not_opened(robot: RobotId, reason: &dyn fmt::Debug) -> ServiceError {
+    match format!("{reason:?}").as_str() {
+        "DoesNotExist" => ServiceError::Unknown(robot),
+        // Too many nodes, or readers, writers, subscribers, publishers.
+        name if name.starts_with("ExceedsMax") => ServiceError::Taken(robot),
+        _ => failed(format!("open the services of {robot}"))(reason),
+    }
+}
+
+/// One process's access to the services of one run.
+#[derive(Debug)]
+pub struct Session {
+    node: Node<ipc::Service>,
+}
+
+/// The arena's ends of one robot's services.
+#[derive(Debug)]
+pub struct ArenaPorts(ArenaEnds);
+
+#[derive(Debug)]
+enum ArenaEnds {
+    Blackboard(blackboard::ArenaPorts),
+    PublishSubscribe(publish_subscribe::ArenaPorts),
+}
+
+/// An agent's ends of its services.
+#[derive(Debug)]
+pub struct AgentPorts(AgentEnds);
+
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "an agent has one, which stays where it is made")]
+enum AgentEnds {
+    Blackboard(blackboard::AgentPorts),
+    PublishSubscribe(publish_subscribe::AgentPorts),
+}
+
+impl Session {
+    /// Enters the run. Blocks for nothing but the file system.
+    pub fn enter(run: &RunDir) -> Result<Self, ServiceError> {
+        // Our own errors say what matters; iceoryx2 would print each of its steps.
+        set_log_level(LogLevel::Fatal);
+        let config = config(run)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|error| failed("enter the run's services")(&error))?;
+        Ok(Self { node })
+    }
+
+    /// The arena makes the services of one life of a robot. They have room for as many deliveries as a percept
+    /// may hold, however few robots there are: copies and late packets come on top. Shared memory is taken
+    /// only where it is touched.
+    pub fn host(&self, robot: RobotId, plane: Plane) -> Result<ArenaPorts, ServiceError> {
+        Ok(ArenaPorts(match plane {
+            Plane::Blackboard => ArenaEnds::Blackboard(blackboard::ArenaPorts::host(&self.node, robot)?),
+            Plane::PublishSubscribe => {
+                ArenaEnds::PublishSubscribe(publish_subscribe::ArenaPorts::host(&self.node, robot)?)
+            }
+        }))
+    }
+
+    /// An agent takes its place as `robot`.
+    pub fn join(&self, robot: RobotId, plane: Plane) -> Result<AgentPorts, ServiceError> {
+        Ok(AgentPorts(match plane {
+            Plane::Blackboard => AgentEnds::Blackboard(blackboard::AgentPorts::join(&self.node, robot)?),
+            Plane::PublishSubscribe => {
+                AgentEnds::PublishSubscribe(publish_subscribe::AgentPorts::join(&self.node, robot)?)
+            }
+        }))
+    }
+}
+
+/// The name of a service of one life of a robot.
+fn service_name(what: &str, robot: RobotId) -> ServiceName {
+    let name = format!("{what}/{}/{}", robot.index, robot.incarnation);
+    ServiceName::new(&name).expect("a short path of letters and digits is a service name")
+}
+
+impl ArenaPorts {
+    /// Sends one tick's percept, with the frames of its packets from `frames`.
+    pub fn send(&mut self, percept: &Percept, frames: &mut Frames) -> Result<(), ServiceError> {
+        match &mut self.0 {
+            ArenaEnds::Blackboard(ports) => {
+                ports.send(percept, frames);
+                Ok(())
+            }
+            ArenaEnds::PublishSubscribe(ports) => ports.send(percept, frames),
+        }
+    }
+
+    /// The next unread command, as it came.
+    pub fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
+        match &mut self.0 {
+            ArenaEnds::Blackboard(ports) => Ok(ports.receive()),
+            ArenaEnds::PublishSubscribe(ports) => ports.receive(),
+        }
+    }
+
+    /// Whether a process that has opened the services has died without closing them.
+    pub fn has_dead_agent(&self) -> bool {
+        let dead = match &self.0 {
+            ArenaEnds::Blackboard(ports) => ports.dead_nodes(),
+            ArenaEnds::PublishSubscribe(ports) => ports.dead_nodes(),
+        };
+        !dead.is_empty()
+    }
+
+    /// Identifiers that the names of files carry which a killed agent has left; none if there was
+    /// no agent, if it has left in order, or if it lives.
+    fn marks(&self) -> BTreeSet<String> {
+        match &self.0 {
+            ArenaEnds::Blackboard(ports) => ports.marks(),
+            ArenaEnds::PublishSubscribe(ports) => ports.marks(),
+        }
+    }
+}
+
+/// Nodes among the users of `service` whose processes have died, as the names of files have them.
+fn dead_nodes(service: &impl PortFactory<Service = ipc::Service>) -> BTreeSet<String> {
+    let mut dead = BTreeSet::new();
+    // What cannot be listed is a few small files, which go with the run.
+    let _ = service.nodes(|node| {
+        if let NodeState::Dead(_) = node {
+            dead.insert(node.node_id().value().to_string());
+        }
+        CallbackProgression::Continue
+    });
+    dead
+}
+
+/// Lets go of `lives` that are over, and removes what their processes have left if they were
+/// killed: nodes, data, ends of connections, and services that count the dead among their users.
+/// What a process that still lives holds is not touched.
+///
+/// iceoryx2 removes a dead node too, but searches all files of a run several times for it: 3.8 ms at
+/// 100 robots, and that grows with them. This goes through the files once for all `lives`: 1.2 ms
+/// for one, 40 ms for all 100 at once.
+pub fn remove_dead_files(run: &RunDir, lives: Vec<ArenaPorts>) {
+    let marks: BTreeSet<String> = lives.iter().flat_map(ArenaPorts::marks).collect();
+    drop(lives);
+    if marks.is_empty() {
+        return;
+    }
+    let shared_memory = run.path().parent().map(Path::to_path_buf).unwrap_or_default();
+    let (prefix, nodes) = (run.prefix(), run.services_path().join("nodes"));
+    for folder in [&shared_memory, &nodes, &run.services_path().join("services")] {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let file_name = entry.file_name();
+            let name = file_name.to_str().and_then(|name| name.strip_prefix(&prefix));
+            if name.is_some_and(|name| name.split(['.', '_']).any(|part| marks.contains(part))) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+    for mark in marks {
+        // Of these, only nodes have folders.
+        let _ = fs::remove_dir_all(nodes.join(mark));
+    }
+}
+
+impl AgentPorts {
+    /// Writes the next unread percept to `percept`; returns how many of its deliveries did not decode, or
+    /// why the percept is refused. `None` if there is no unread one.
+    pub fn receive(
+        &mut self,
+        percept: &mut Percept,
+    ) -> Result<Option<Result<u32, PerceptError>>, ServiceError> {
+        match &mut self.0 {
+            AgentEnds::Blackboard(ports) => Ok(ports.receive(percept)),
+            AgentEnds::PublishSubscribe(ports) => ports.receive(percept),
+        }
+    }
+
+    /// Sends a command.
+    pub fn send(&mut self, command: RawCommand) -> Result<(), ServiceError> {
+        match &mut self.0 {
+            AgentEnds::Blackboard(ports) => {
+                ports.send(command);
+                Ok(())
+            }
+            AgentEnds::PublishSubscribe(ports) => ports.send(command),
+        }
+    }
+}
+
+fn config(run: &RunDir) -> Result<Config, ServiceError> {
+    let doing = || failed("name the run's services");
+    let mut config = Config::default();
+    let root = run.services_path();
+    let root = root.to_str().expect("a run's folder is ASCII");
+    config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|error| doing()(&error))?);
+    config.global.prefix = FileName::new(run.prefix().as_bytes()).map_err(|error| doing()(&error))?;
+    config.global.creation_timeout = CREATION_TIMEOUT;
+    // Looking for the dead costs seconds with hundreds of agents; the run removes its files by prefix.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    // The default of 128 costs 450 KB of heap per subscriber.
+    config.defaults.publish_subscribe.subscriber_expired_connection_buffer = publish_subscribe::BUFFERED;
+    Ok(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::{
+        command::Command,
+        frame::BodyVector,
+        packet::Packet,
+        percept::{DELIVERIES_MAX, Delivery, FieldComponent, Wall},
+        units::{Meters, Radians},
+    };
+
+    fn run(what: &str) -> (RunDir, crate::run_dir::RunLock) {
+        let name = format!("test-services-{what}-{}", std::process::id());
+        RunDir::create(name.parse().unwrap()).unwrap()
+    }
+
+    const PLANES: [Plane; 2] = [Plane::Blackboard, Plane::PublishSubscribe];
+
+    fn command(sequence: u32) -> Command {
+        let packet = Packet { sender: RobotId::first(0), sequence, light: 0.5 };
+        Command { estimated_error: Some(BodyVector::new(1.0, 2.0)), velocity: BodyVector::HERE, packet }
+    }
+
+    /// One with so much of everything.
+    fn percept(tick: u64, deliveries: usize, walls: usize, field: usize) -> Percept {
+        let mut percept = Percept::empty(tick);
+        percept.light.value = tick as f64;
+        let length = |at: usize| Meters::new(at as f64).unwrap();
+        let bearing = Radians::new(0.5).unwrap();
+        percept.deliveries = (0..deliveries)
+            .map(|at| Delivery {
+                packet: Packet { sender: RobotId::first(at as u32), sequence: tick as u32, light: 1.5 },
+                range: length(at),
+                bearing,
+                orientation: bearing,
+            })
+            .collect();
+        percept.walls = (0..walls).map(|at| Wall { distance: length(at), bearing }).collect();
+        percept.field = (0..field).map(|at| FieldComponent::Constant(at as f64)).collect();
+        percept
+    }
+
+    /// Conformance of both planes: what passes this can carry any run.
+    #[test]
+    fn percepts_go_down_and_commands_come_up_on_either_plane() {
+        for plane in PLANES {
+            let (run, owner) = run("roundtrip");
+            let robot = RobotId::first(0);
+            let arena = Session::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+            let (mut read, mut frames) = (Percept::empty(0), Frames::of(DELIVERIES_MAX));
+            assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}");
+            assert_eq!(host.receive(), Ok(None), "{plane:?}");
+            let sizes = [(0, 0, 0), (1, 4, 0), (8, 0, 3), (9, 8, 16), (256, 1, 1), (7, 0, 0), (0, 2, 0)];
+            for (tick, (deliveries, walls, field)) in (0..).zip(sizes) {
+                let sent = percept(tick, deliveries, walls, field);
+                host.send(&sent, &mut frames).unwrap();
+                assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}, tick {tick}");
+                assert_eq!(read, sent, "{plane:?}");
+                assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}: it is read once");
+
+                let command = command(tick as u32);
+                agent.send(RawCommand::new(tick, &command, 1)).unwrap();
+                assert_eq!(host.receive().unwrap().unwrap().check(robot, tick), Ok(command), "{plane:?}");
+                assert_eq!(host.receive(), Ok(None), "{plane:?}: it is read once");
+            }
+            drop((host, agent, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    /// A new trial sends the same tick once more.
+    #[test]
+    fn the_same_message_again_is_a_new_one() {
+        for plane in PLANES {
+            let (run, owner) = run("again");
+            let robot = RobotId::first(0);
+            let arena = Session::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+            let (mut read, mut frames) = (Percept::empty(0), Frames::of(1));
+            for _ in 0..2 {
+                host.send(&percept(3, 1, 1, 0), &mut frames).unwrap();
+                assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}");
+                agent.send(RawCommand::new(3, &command(0), 1)).unwrap();
+                assert!(host.receive().unwrap().is_some(), "{plane:?}");
+            }
+            drop((host, agent, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    /// A percept that is read while another thread writes as fast as it can is whole, and newer than the last.
+    #[test]
+    fn a_percept_that_is_replaced_while_it_is_read_is_never_a_mixture() {
+        for plane in PLANES {
+            let (run, owner) = run("mixture");
+            let robot = RobotId::first(0);
+            let arena = Session::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane).unwrap();
+            std::thread::scope(|scope| {
+                let reader = scope.spawn(|| {
+                    let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+                    let (mut read, mut newest) = (Percept::empty(0), 0);
+                    for _ in 0..200 {
+                        while agent.receive(&mut read).unwrap() != Some(Ok(0)) {}
+                        assert!(read.tick > newest, "{plane:?}: {} after {newest}", read.tick);
+                        newest = read.tick;
+                        assert_eq!(read, percept(newest, 20, 3, 2), "{plane:?}");
+                    }
+                });
+                let (mut frames, mut tick) = (Frames::of(32), 0);
+                while !reader.is_finished() {
+                    tick += 1;
+                    host.send(&percept(tick, 20, 3, 2), &mut frames).unwrap();
+                }
+                reader.join().unwrap();
+            });
+            drop((host, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    /// Files of a run, its folder included.
+    fn files(run: &RunDir) -> Vec<String> {
+        fn below(folder: &std::path::Path, found: &mut Vec<String>) {
+            for entry in std::fs::read_dir(folder).unwrap().flatten() {
+                found.push(entry.path().display().to_string());
+                if entry.path().is_dir() {
+                    below(&entry.path(), found);
+                }
+            }
+        }
+        let mut found = Vec::new();
+        below(run.path().parent().unwrap(), &mut found);
+        let mark = format!("lamplight-{}", run.name());
+        found.retain(|path| path.contains(&mark));
+        found.sort();
+        found
+    }
+
+    /// Not a test of its own: the agent that the next test kills.
+    #[test]
+    #[ignore = "it is the process that another test starts and kills"]
+    fn an_agent_that_waits_to_be_killed() {
+        let Ok(name) = std::env::var("LAMPLIGHT_TEST_RUN") else { return };
+        let plane = PLANES[usize::from(std::env::var("LAMPLIGHT_TEST_PLANE").unwrap() != "0")];
+        let run = RunDir::of(name.parse().unwrap());
+        let mut agent = Session::enter(&run).unwrap().join(RobotId::first(0), plane).unwrap();
+        agent.send(RawCommand::new(0, &command(0), 1)).unwrap();
+        std::thread::sleep(Duration::from_secs(60));
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_life_that_was_killed() {
+        for (at, plane) in PLANES.into_iter().enumerate() {
+            let (run, owner) = run("killed");
+            let arena = Session::enter(&run).unwrap();
+            let neighbor = arena.host(RobotId::first(1), plane).unwrap();
+            let before = files(&run);
+            let mut ports = arena.host(RobotId::first(0), plane).unwrap();
+            let mut agent = std::process::Command::new(std::env::current_exe().unwrap())
+                .args(["--ignored", "--exact", "services::tests::an_agent_that_waits_to_be_killed"])
+                .env("LAMPLIGHT_TEST_RUN", run.name().to_string())
+                .env("LAMPLIGHT_TEST_PLANE", at.to_string())
+                .stdout(std::process::Stdio::null())
+                .spawn()
+                .unwrap();
+            while ports.receive().unwrap().is_none() {
+                assert_eq!(agent.try_wait().unwrap(), None, "the agent ended by itself");
+                ports.send(&Percept::empty(0), &mut Frames::of(1)).unwrap();
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            agent.kill().unwrap();
+            agent.wait().unwrap();
+            assert!(files(&run).len() > before.len() + 10, "{plane:?}: it has left something");
+            remove_dead_files(&run, Vec::new());
+            assert!(files(&run).len() > before.len() + 10, "{plane:?}: its life is not said to be over yet");
+            remove_dead_files(&run, vec![ports]);
+            assert_eq!(files(&run), before, "{plane:?}");
+            // The next life of the robot has room, though the dead one's place stays taken to the end.
+            let _next = arena.host(RobotId::first(0).reborn(), plane).unwrap();
+            drop((neighbor, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_second_agent_is_told_that_the_robot_is_taken() {
+        for plane in PLANES {
+            let (run, owner) = run("taken");
+            let robot = RobotId::first(0);
+            let arena = Session::enter(&run).unwrap();
+            let _host = arena.host(robot, plane).unwrap();
+            let first = Session::enter(&run).unwrap();
+            let _agent = first.join(robot, plane).unwrap();
+            let second = Session::enter(&run).unwrap();
+            assert_eq!(second.join(robot, plane).unwrap_err(), ServiceError::Taken(robot), "{plane:?}");
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    #[test]
+    fn an_agent_for_an_unknown_robot_is_told_so() {
+        for plane in PLANES {
+            let (run, owner) = run("unknown");
+            let medium = Session::enter(&run).unwrap();
+            let robot = RobotId::first(50);
+            assert_eq!(medium.join(robot, plane).unwrap_err(), ServiceError::Unknown(robot), "{plane:?}");
+            run.remove_own(owner).unwrap();
+        }
+    }
+}

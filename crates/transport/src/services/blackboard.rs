@@ -1,0 +1,309 @@
+//! One latest value per direction, for lock-step: what a tick brings is read once, and replaced.
+//!
+//! ```text
+//! bin/<robot>/<incarnation>   arena -> agent   BoardHead, RawWalls, RawField, blocks of deliveries
+//! up/<robot>/<incarnation>    agent -> arena   RawCommand
+//! ```
+//!
+//! A blackboard's values are read and written whole, each by itself. So a percept is spread over several keys,
+//! of which only those in use are touched, and the head is written last. Every part carries the number of its
+//! percept: a percept whose parts are not of one number is being replaced right now, and is not read.
+//!
+//! A message is new if its value has been written since it was last read, whatever is in it.
+
+use std::{collections::BTreeSet, fmt};
+
+use iceoryx2::{
+    node::Node,
+    port::{
+        reader::{BlackboardValue, EntryHandle, Reader},
+        writer::{EntryHandleMut, Writer},
+    },
+    prelude::{CallbackProgression, ZeroCopySend, ipc},
+    service::port_factory::{PortFactory as _, blackboard::PortFactory},
+};
+
+use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
+use crate::{
+    frame_cache::Frames,
+    raw::{
+        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawWalls, add_deliveries, raw_field,
+        raw_walls,
+    },
+};
+use protocol::{
+    percept::{DELIVERIES_MAX, Delivery, Percept},
+    robot_id::RobotId,
+};
+
+/// Deliveries that are written and read at once.
+const BLOCK: usize = 8;
+/// Beside the one in the head.
+const BLOCKS_MAX: usize = DELIVERIES_MAX / BLOCK - 1;
+const _: () = assert!(DELIVERIES_MAX.is_multiple_of(BLOCK));
+/// How often a value is read again that is written at the same time. Whoever writes without end is read as is.
+const READS_MAX: usize = 8;
+
+/// Names of values within a blackboard.
+type Key = u64;
+const COMMAND: Key = 0;
+const HEAD: Key = 0;
+const WALLS: Key = 1;
+const FIELD: Key = 2;
+/// The first of [`BLOCKS_MAX`].
+const DELIVERIES: Key = 3;
+
+/// Head of a percept, with the deliveries that many percepts have, so that whoever reads one looks in one place.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[repr(C)]
+struct BoardHead {
+    head: RawHead,
+    /// Number of this percept, from 1.
+    number: u64,
+    deliveries_len: u64,
+    first: Block,
+}
+
+/// A part that not every percept has.
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[repr(C)]
+struct Part<T: ZeroCopySend> {
+    /// Number of the percept it belongs to.
+    number: u64,
+    value: T,
+}
+
+type Block = [RawDelivery; BLOCK];
+const _: () = assert!(size_of::<Part<Block>>() == 8 + BLOCK * 48);
+
+type Board = PortFactory<ipc::Service, Key>;
+type Written<T> = EntryHandleMut<ipc::Service, Key, T>;
+type Read<T> = EntryHandle<ipc::Service, Key, T>;
+
+/// The arena's ends.
+pub(super) struct ArenaPorts {
+    head: Written<BoardHead>,
+    walls: Written<Part<RawWalls>>,
+    field: Written<Part<RawField>>,
+    blocks: Vec<Written<Part<Block>>>,
+    /// Percepts sent.
+    sent: u64,
+    command: Latest<RawCommand>,
+    services: Services,
+}
+
+/// An agent's ends.
+pub(super) struct AgentPorts {
+    head: Latest<BoardHead>,
+    walls: Read<Part<RawWalls>>,
+    field: Read<Part<RawField>>,
+    blocks: Vec<Read<Part<Block>>>,
+    command: Written<RawCommand>,
+}
+
+// The services exist as long as somebody holds them; the arena opens them before the agent comes.
+struct Services {
+    bin: Board,
+    up: Board,
+}
+
+/// A value of which one wants to know whether it is new.
+struct Latest<T: Copy + ZeroCopySend + fmt::Debug + 'static> {
+    entry: Read<T>,
+    seen: BlackboardValue<T>,
+}
+
+impl<T: Copy + ZeroCopySend + fmt::Debug + 'static> Latest<T> {
+    /// Begins after the present value: what is written from now on is new.
+    fn of(entry: Read<T>) -> Self {
+        let seen = entry.get();
+        Self { entry, seen }
+    }
+
+    fn get_new(&mut self) -> Option<&T> {
+        if self.entry.is_up_to_date(&self.seen) {
+            return None;
+        }
+        for _ in 0..READS_MAX {
+            self.seen = self.entry.get();
+            if self.entry.is_up_to_date(&self.seen) {
+                break;
+            }
+        }
+        Some(&self.seen)
+    }
+}
+
+impl ArenaPorts {
+    pub(super) fn host(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
+        let doing = || failed(format!("create the services of {robot}"));
+        let creator = |what: &str| {
+            node.service_builder(&service_name(what, robot))
+                .blackboard_creator::<Key>()
+                .max_readers(1)
+                .max_nodes(NODES_PER_SERVICE)
+        };
+        let mut bin = creator("bin")
+            .add_with_default::<BoardHead>(HEAD)
+            .add_with_default::<Part<RawWalls>>(WALLS)
+            .add_with_default::<Part<RawField>>(FIELD);
+        for block in 0..BLOCKS_MAX {
+            bin = bin.add_with_default::<Part<Block>>(DELIVERIES + block as Key);
+        }
+        let services = Services {
+            bin: bin.create().map_err(|error| doing()(&error))?,
+            up: creator("up")
+                .add_with_default::<RawCommand>(COMMAND)
+                .create()
+                .map_err(|error| doing()(&error))?,
+        };
+        let writer = services.bin.writer_builder().create().map_err(|error| doing()(&error))?;
+        let reader = services.up.reader_builder().create().map_err(|error| doing()(&error))?;
+        let blocks = (0..BLOCKS_MAX).map(|block| written(&writer, DELIVERIES + block as Key));
+        Ok(Self {
+            head: written(&writer, HEAD)?,
+            walls: written(&writer, WALLS)?,
+            field: written(&writer, FIELD)?,
+            blocks: blocks.collect::<Result<_, _>>()?,
+            sent: 0,
+            command: Latest::of(read(&reader, COMMAND)?),
+            services,
+        })
+    }
+
+    pub(super) fn send(&mut self, percept: &Percept, frames: &mut Frames) {
+        self.sent += 1;
+        let number = self.sent;
+        if !percept.walls.is_empty() {
+            self.walls.update_with_copy(Part { number, value: raw_walls(percept) });
+        }
+        if !percept.field.is_empty() {
+            self.field.update_with_copy(Part { number, value: raw_field(percept) });
+        }
+        let (first, more) = percept.deliveries.split_at(percept.deliveries.len().min(BLOCK));
+        for (deliveries, block) in more.chunks(BLOCK).zip(&self.blocks) {
+            block.update_with_copy(Part { number, value: raw_block(deliveries, frames) });
+        }
+        let deliveries_len = percept.deliveries.len() as u64;
+        let first = raw_block(first, frames);
+        self.head.update_with_copy(BoardHead { head: RawHead::new(percept), number, deliveries_len, first });
+    }
+
+    pub(super) fn receive(&mut self) -> Option<RawCommand> {
+        self.command.get_new().copied()
+    }
+
+    pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
+        dead_nodes(&self.services.bin)
+    }
+
+    pub(super) fn marks(&self) -> BTreeSet<String> {
+        let Services { bin, up } = &self.services;
+        let mut marks = self.dead_nodes();
+        if !marks.is_empty() {
+            let mut mark = |value: u128| {
+                marks.insert(value.to_string());
+                CallbackProgression::Continue
+            };
+            bin.dynamic_config().list_readers(|port| mark(port.reader_id.value()));
+            up.dynamic_config().list_writers(|port| mark(port.writer_id.value()));
+            mark(bin.unique_service_id().value());
+            mark(up.unique_service_id().value());
+            marks.extend([bin.service_hash(), up.service_hash()].map(ToString::to_string));
+        }
+        marks
+    }
+}
+
+impl AgentPorts {
+    pub(super) fn join(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
+        let open = |what: &str| {
+            let opener = node.service_builder(&service_name(what, robot)).blackboard_opener::<Key>();
+            opener.open().map_err(|error| not_opened(robot, &error))
+        };
+        let reader = open("bin")?.reader_builder().create().map_err(|error| not_opened(robot, &error))?;
+        let writer = open("up")?.writer_builder().create().map_err(|error| not_opened(robot, &error))?;
+        let blocks = (0..BLOCKS_MAX).map(|block| read(&reader, DELIVERIES + block as Key));
+        Ok(Self {
+            head: Latest::of(read(&reader, HEAD)?),
+            walls: read(&reader, WALLS)?,
+            field: read(&reader, FIELD)?,
+            blocks: blocks.collect::<Result<_, _>>()?,
+            command: written(&writer, COMMAND)?,
+        })
+    }
+
+    pub(super) fn receive(&mut self, percept: &mut Percept) -> Option<Result<u32, PerceptError>> {
+        let head = self.head.get_new()?;
+        let walls = (head.head.walls_len > 0).then(|| self.walls.get());
+        let field = (head.head.field_len > 0).then(|| self.field.get());
+        let walls = walls.as_deref();
+        let field = field.as_deref();
+        if walls.is_some_and(|part| part.number != head.number)
+            || field.is_some_and(|part| part.number != head.number)
+        {
+            return None;
+        }
+        let walls = walls.map_or(&[][..], |part| &part.value);
+        let field = field.map_or(&[][..], |part| &part.value);
+        if let Err(error) = head.head.read(walls, field, percept) {
+            return Some(Err(error));
+        }
+        let all = head.deliveries_len as usize;
+        let mut refused = add_deliveries(&head.first[..all.min(BLOCK)], percept);
+        let mut left = all.saturating_sub(BLOCK);
+        for block in &self.blocks {
+            if left == 0 {
+                break;
+            }
+            let block = block.get();
+            if block.number != head.number {
+                return None;
+            }
+            let used = left.min(BLOCK);
+            refused += add_deliveries(&block.value[..used], percept);
+            left -= used;
+        }
+        // More than there is room for: nobody honest sends that.
+        Some(Ok(refused + left as u32))
+    }
+
+    pub(super) fn send(&self, command: RawCommand) {
+        self.command.update_with_copy(command);
+    }
+}
+
+/// At most [`BLOCK`] deliveries, padded with zeros.
+fn raw_block(deliveries: &[Delivery], frames: &mut Frames) -> Block {
+    let mut block = Block::default();
+    for (slot, delivery) in block.iter_mut().zip(deliveries) {
+        *slot = RawDelivery::new(delivery, frames.get(&delivery.packet));
+    }
+    block
+}
+
+fn written<T: ZeroCopySend + Copy>(
+    writer: &Writer<ipc::Service, Key>,
+    key: Key,
+) -> Result<Written<T>, ServiceError> {
+    writer.entry(&key).map_err(|error| failed(format!("write value {key}"))(&error))
+}
+
+fn read<T: ZeroCopySend + Copy>(
+    reader: &Reader<ipc::Service, Key>,
+    key: Key,
+) -> Result<Read<T>, ServiceError> {
+    reader.entry(&key).map_err(|error| failed(format!("read value {key}"))(&error))
+}
+
+impl fmt::Debug for ArenaPorts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ArenaPorts").field("sent", &self.sent).finish_non_exhaustive()
+    }
+}
+
+impl fmt::Debug for AgentPorts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("AgentPorts").field("head", &*self.head.seen).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,51 @@
+//! A controller of one's own as a robot: drives towards the light and keeps away from others.
+//!
+//! It hears neighbors and senses light; that is all there is to know. See README.md beside it.
+
+use std::process::ExitCode;
+
+use protocol::{
+    command::Command,
+    controller::{Controller, StageObserver},
+    frame::BodyVector,
+    packet::Transmitter,
+    percept::{Percept, Stimulus},
+};
+
+const SPEED_M_PER_S: f64 = 0.1;
+/// Robots nearer than this push away from each other.
+const NEAR_M: f64 = 0.25;
+
+struct Phototaxis {
+    transmitter: Transmitter,
+}
+
+impl Phototaxis {
+    fn command(&mut self, velocity: BodyVector) -> Command {
+        // It has no estimated error: it does not know how far it is from where it wants to be.
+        Command { estimated_error: None, velocity, packet: self.transmitter.packet(0.0) }
+    }
+}
+
+impl Controller for Phototaxis {
+    fn boot(&mut self) -> Command {
+        self.command(BodyVector::HERE)
+    }
+
+    fn step(&mut self, percept: &Percept, _: &mut dyn StageObserver) -> Command {
+        let mut velocity = match percept.light.stimulus {
+            Stimulus::Gradient(gradient) => gradient.capped(SPEED_M_PER_S).0,
+            Stimulus::Bearing(bearing) => BodyVector::new(SPEED_M_PER_S, 0.0).turned(bearing.get()).0,
+            Stimulus::None => BodyVector::HERE.0,
+        };
+        for heard in percept.deliveries.iter().filter(|heard| heard.range.get() < NEAR_M) {
+            let push = SPEED_M_PER_S * (1.0 - heard.range.get() / NEAR_M);
+            velocity -= BodyVector::new(2.0 * push, 0.0).turned(heard.bearing.get()).0;
+        }
+        self.command(BodyVector(velocity).capped(SPEED_M_PER_S))
+    }
+}
+
+fn main() -> ExitCode {
+    robot_agent::main(|id, _| Phototaxis { transmitter: Transmitter::new(id) })
+}

@@ -1,0 +1,92 @@
+//! The trait of a robot's controller: percepts in, commands out.
+//!
+//! A controller knows what its percepts say and nothing else: no clock, no pose, no number of robots. Whoever has
+//! one of these has a robot: the crate `robot-agent` makes a process of it.
+//!
+//! ```
+//! use protocol::{
+//!     command::Command,
+//!     controller::{Controller, StageObserver},
+//!     frame::BodyVector,
+//!     packet::Transmitter,
+//!     percept::{Percept, Stimulus},
+//!     robot_id::RobotId,
+//! };
+//!
+//! /// Drives towards the light.
+//! struct Phototaxis(Transmitter);
+//!
+//! impl Phototaxis {
+//!     fn command(&mut self, velocity: BodyVector) -> Command {
+//!         Command { estimated_error: None, velocity, packet: self.0.packet(0.0) }
+//!     }
+//! }
+//!
+//! impl Controller for Phototaxis {
+//!     fn boot(&mut self) -> Command {
+//!         self.command(BodyVector::HERE)
+//!     }
+//!
+//!     fn step(&mut self, percept: &Percept, _: &mut dyn StageObserver) -> Command {
+//!         let towards = match percept.light.stimulus {
+//!             Stimulus::Gradient(gradient) => gradient.capped(0.1),
+//!             Stimulus::Bearing(bearing) => BodyVector::new(0.1, 0.0).turned(bearing.get()),
+//!             Stimulus::None => BodyVector::HERE,
+//!         };
+//!         self.command(towards)
+//!     }
+//! }
+//!
+//! let mut robot = Phototaxis(Transmitter::new(RobotId::first(3)));
+//! assert_eq!(robot.boot().packet.sequence, 0);
+//! ```
+
+use crate::{command::Command, percept::Percept};
+
+/// The controller of one robot.
+///
+/// Determinism is its own: the same percepts must give the same commands, or runs cannot be repeated.
+pub trait Controller {
+    /// Returns the first command, before anything was sensed: usually to stand still and be heard.
+    fn boot(&mut self) -> Command;
+
+    /// Takes in what was heard in a percept that will not be answered, because a newer one has come: in real time
+    /// only. The same percept may come more than once, and to [`step`](Controller::step) after it.
+    fn hear(&mut self, percept: &Percept) {
+        let _ = percept;
+    }
+
+    /// Plays one neighbor cycle: percept in, command out. `stages` may be told where time goes; it changes nothing.
+    fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command;
+}
+
+/// Parts of a control step, in their order. A controller without such parts passes none, and its profile shows
+/// the whole step as one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Deliveries are in the neighbor table.
+    Neighbors,
+    /// The local cell is cut, and closed where it was open.
+    Cell,
+    /// φ̂ is estimated and the cell is cut to V+, by the laws that do so.
+    Truncation,
+    /// Mass and centroid are integrated: the goal is known.
+    Centroid,
+}
+
+impl Stage {
+    /// All stages, in their order.
+    pub const ALL: [Self; 4] = [Self::Neighbors, Self::Cell, Self::Truncation, Self::Centroid];
+}
+
+/// Receives the end of each stage of a control step: a controller knows no clock, but somebody outside may have one.
+pub trait StageObserver {
+    /// `stage` is over.
+    fn passed(&mut self, stage: Stage);
+}
+
+/// Observes nothing, for free.
+impl StageObserver for () {
+    #[inline]
+    fn passed(&mut self, _: Stage) {}
+}

@@ -1,0 +1,229 @@
+//! A robot's process around any [`Controller`]: joining a run, lock-step and real time, profile, log, leaving.
+//!
+//! A whole agent is one call. The paper's is
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//!
+//! use coverage::CoverageController;
+//!
+//! fn main() -> ExitCode {
+//!     robot_agent::main(CoverageController::new)
+//! }
+//! ```
+
+#![forbid(unsafe_code)]
+
+mod agent;
+mod lockstep;
+mod realtime;
+mod stopwatch;
+mod timer;
+
+use std::{
+    io::{self, IsTerminal},
+    process::{self, ExitCode},
+    thread,
+    time::Duration,
+};
+
+use anyhow::{Context, bail};
+use clap::Parser;
+use logging::Settings;
+use protocol::{
+    controller::Controller,
+    robot_id::RobotId,
+    setup::{AgentSetup, ControllerSetup, Mode},
+};
+use tracing::level_filters::LevelFilter;
+use transport::{
+    doorbell::Doorbell,
+    footprint,
+    run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
+    services::{ServiceError, Session},
+};
+
+use crate::agent::Agent;
+
+/// How often an early agent looks whether its run is ready.
+const READY_POLL: Duration = Duration::from_millis(10);
+
+/// Drive one robot: hear its neighbors, steer to the centroid of its cell
+///
+/// `lamplight run` starts one of these per robot. Started by hand, it joins a run that waits for
+/// it (`lamplight run SCENARIO --name lab --by-hand 7`, then `robot-agent --run lab --robot 7`).
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Cli {
+    /// Name of the run to join
+    #[arg(long)]
+    run: RunName,
+
+    /// Robot number in the swarm, starting at 0
+    #[arg(long, value_name = "N")]
+    robot: u32,
+
+    /// How often this robot's agent has been restarted
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    incarnation: u16,
+
+    /// Leave without a word when the run goes on without this robot, or its arena dies
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Runs the agent of one robot: reads the command line, joins the run it names, and answers with a controller that
+/// `new` makes of the robot's id and the run's parameters, anew for each trial. Returns when the run ends.
+pub fn main<C: Controller>(new: impl Fn(RobotId, ControllerSetup) -> C) -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    logging::begin(Settings {
+        format: logging::Format::from_env().unwrap_or_default(),
+        level: LevelFilter::WARN,
+        robot: Some(RobotId { index: cli.robot, incarnation: cli.incarnation }),
+        color: io::stderr().is_terminal(),
+        sink: logging::to_stderr,
+        // Whoever has started a quiet agent has been told what is wrong already.
+        complains: !cli.quiet,
+    });
+    logging::in_run(&cli.run);
+    let outcome = drive(&cli, new);
+    let over = is_over(&cli.run);
+    if over && !cli.quiet {
+        // Services that were joined while the run was taken down would stay. Whoever started this
+        // agent by hand is the last who could remove them; a run that is not dead is not touched.
+        let _ = RunDir::of(cli.run.clone()).remove_if_dead();
+    }
+    let Err(error) = outcome else { return ExitCode::SUCCESS };
+    let message = match (error.is::<Abandoned>() || error.is::<RunDirError>(), over) {
+        (false, true) => format!("run `{}` has ended", cli.run),
+        _ => format!("{error:#}"),
+    };
+    if !(cli.quiet && (over || error.is::<Abandoned>())) {
+        logging::fatal(env!("CARGO_CRATE_NAME"), &message);
+    }
+    ExitCode::FAILURE
+}
+
+/// Says why the command line is refused, or what was asked for. In one write: a swarm's agents share one pipe, and
+/// lines that come in pieces would mix.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render();
+    let text = if io::stderr().is_terminal() { text.ansi().to_string() } else { text.to_string() };
+    // If nobody takes it, there is nobody to tell.
+    let _ = match error.use_stderr() {
+        true => logging::to_stderr(text.as_bytes()),
+        false => error.print(),
+    };
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// Whether a run has ended, or is about to: then what failed is of no interest.
+fn is_over(name: &RunName) -> bool {
+    RunDir::open(name.clone())
+        .map_or(true, |(run, _)| Doorbell::open(&run.doorbell_path()).is_ok_and(|bell| bell.is_closed()))
+}
+
+/// Why an agent leaves before its run has ended.
+#[derive(Debug, thiserror::Error)]
+enum Abandoned {
+    /// The arena has died.
+    #[error("the arena of run `{run}` has died; {id} leaves")]
+    ArenaDied { run: RunName, id: RobotId },
+    /// The arena has excluded this robot.
+    #[error("run `{run}` goes on without {id}")]
+    LeftOut { run: RunName, id: RobotId },
+}
+
+/// A robot that has taken its place in a run.
+struct Joined<C, N> {
+    setup: AgentSetup,
+    run: RunDir,
+    arena: ArenaWatch,
+    bell: Doorbell,
+    agent: Agent<C, N>,
+}
+
+fn drive<C: Controller>(cli: &Cli, new: impl Fn(RobotId, ControllerSetup) -> C) -> anyhow::Result<()> {
+    let mut joined = join(cli, new)?;
+    footprint::trim();
+    let Joined { setup, run, arena, bell, agent } = &mut *joined;
+    tracing::debug!(pid = process::id(), "has joined");
+    let outcome = match setup.mode {
+        Mode::Lockstep => lockstep::run(agent, bell, run, arena),
+        Mode::Realtime => realtime::run(agent, bell, run, arena, setup),
+    };
+    tracing::debug!("leaves");
+    outcome
+}
+
+/// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.
+#[inline(never)]
+fn join<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+    cli: &Cli,
+    new: N,
+) -> anyhow::Result<Box<Joined<C, N>>> {
+    let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
+    let (run, arena) = RunDir::open(cli.run.clone())?;
+    wait_until_ready(&run, &arena)?;
+    if !cli.quiet {
+        check_place(&run, id)?;
+    }
+    let setup = agent::setup_of(&run)?;
+    let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
+    let ports = Session::enter(&run)?.join(id, setup.plane).map_err(|error| explained(error, &run))?;
+    let agent = Agent::new(id, &setup, ports, new);
+    Ok(Box::new(Joined { setup, run, arena, bell, agent }))
+}
+
+/// An agent started by hand may come before the arena has everything laid out.
+fn wait_until_ready(run: &RunDir, arena: &ArenaWatch) -> anyhow::Result<()> {
+    while !run.doorbell_path().exists() {
+        if !arena.is_alive() {
+            bail!("run `{}` has ended before it began", run.name());
+        }
+        thread::sleep(READY_POLL);
+    }
+    Ok(())
+}
+
+/// Whether a user may drive this life of a robot. If somebody else drives it, joining will tell.
+fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
+    let name = run.name();
+    let by_hand = run.by_hand().context("cannot read which robots are driven by hand")?;
+    let present = by_hand.iter().find(|robot| robot.id.index == id.index);
+    match present {
+        Some(present) if present.id == id => Ok(()),
+        Some(ByHand { id: present, is_awaited: true }) => {
+            bail!("run `{name}` waits for {present} and not for {id}: {}", name.agent_command(*present))
+        }
+        Some(ByHand { id: present, .. }) => {
+            bail!("run `{name}` does not wait for {id}; it is at {present}, which has been started already")
+        }
+        None => match by_hand.iter().find(|robot| robot.is_awaited) {
+            Some(other) => bail!(
+                "{id} is not driven by hand in run `{name}`, which waits for {}: {}",
+                other.id,
+                name.agent_command(other.id)
+            ),
+            None => bail!(
+                "{id} is not driven by hand in run `{name}`; to drive it, start a run with --by-hand {}",
+                id.index
+            ),
+        },
+    }
+}
+
+/// Adds a way out to the error about a robot that cannot be driven.
+fn explained(error: ServiceError, run: &RunDir) -> anyhow::Error {
+    let name = run.name();
+    match error {
+        ServiceError::Taken(_) => {
+            anyhow::anyhow!("{error} in run `{name}`; end that agent first, or drive another robot")
+        }
+        ServiceError::Unknown(_) => anyhow::anyhow!("{error} (run `{name}`); robots count from 0"),
+        error => error.into(),
+    }
+}
