@@ -36,7 +36,7 @@ struct Life<C> {
 }
 
 impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
-    /// So many robots, each with a controller of its own that `new` makes.
+    /// Makes this many robots, each with a controller of its own by `new`.
     pub fn new(robots: u32, new: N) -> Self {
         let robots = (0..robots).map(RobotId::first).map(|id| Life::new(id, new(id))).collect();
         Self { robots, new, live: None }

@@ -1,5 +1,5 @@
-//! The agents of a run as the arena knows them: who has joined, who is silent, whom the plan has
-//! struck, and what is done about it. Both process squads stand on this.
+//! The agents of a run as the arena knows them: which have joined, are silent, or were killed or paused by the plan, and
+//! what is done about it. Both process squads stand on this.
 
 use std::{
     fmt, fs, io, mem,
