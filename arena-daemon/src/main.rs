@@ -4,25 +4,26 @@
 
 use std::{process, process::ExitCode, sync::Arc};
 
+use agents::{HostConfig, Link, Lockstep, Measure, Realtime, Trials};
 use anyhow::Context;
 use arena::Arena;
-use arena_daemon::{
-    engine::{self, Plan},
-    live::{self, About, Live, http::Endpoint},
-    options::RunOptions,
-    outputs::Outputs,
-    progress::{self, Audience},
-    squad::{HostConfig, Squad, lockstep::Lockstep, realtime::Realtime},
-    standstill,
-    stop::StopFlag,
-    summary::Summary,
-    supervisor_link::{self, Link, Trials},
-    trace::{Traced, Tracer},
-    trial,
-};
+use arena_daemon::{options::RunOptions, trial};
 use clap::Parser;
+use engine::{Observer, Plan, StopFlag, summary::Summary};
+use observe::{
+    agents::AgentTotals,
+    live::{self, About, Live, SnapshotPublisher, http::Endpoint},
+    log_context::LogContext,
+    outputs::Outputs,
+    progress::{self, Audience, Progress, Report},
+    recovery::Recovery,
+    trace::Trace,
+};
+use processes::signals;
+use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
 use scenario::{RobotSet, Scenario};
+use squad::Squad;
 use transport::{
     control::Event,
     run_dir::{RunDir, RunName},
@@ -72,8 +73,8 @@ fn main() -> ExitCode {
         Err(error) => Some(format!("{error:#}")),
     };
     match (cli.supervised, outcome) {
-        (true, Ok(Over::Run(summary))) => supervisor_link::tell(&Event::Summary(summary.json())),
-        (true, Err(error)) => supervisor_link::tell(&Event::Failed(format!("{error:#}"))),
+        (true, Ok(Over::Run(summary))) => agents::tell(&Event::Summary(summary.json())),
+        (true, Err(error)) => agents::tell(&Event::Failed(format!("{error:#}"))),
         (false, Ok(Over::Run(summary))) => print!("{}", summary.json()),
         (_, Ok(Over::Trials)) | (false, Err(_)) => {}
     }
@@ -99,8 +100,9 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     let scenario = cli.run.load()?;
     let endpoint = cli.run.metrics.map(Endpoint::bind).transpose()?;
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals")?;
-    standstill::on_signals(|stop_this_process| stop_this_process()).context("cannot listen for signals")?;
+    signals::raise_on_stop(&stop).context("cannot listen for signals")?;
+    signals::stand_still_on_terminal_stop(|stop_this_process| stop_this_process())
+        .context("cannot listen for signals")?;
     let (link, trials) = match cli.supervised {
         true => {
             let (link, trials) = Link::to_supervisor(stop.clone());
@@ -115,15 +117,12 @@ fn run(cli: &Cli) -> anyhow::Result<Over> {
     };
     let alive = run.go_live()?;
     let by_hand = cli.by_hand.clone();
-    // Nobody reads what the agents of a batch take.
-    let profile = !cli.run.no_profile && trials.is_none();
-    let mut host =
-        HostConfig { run: run.clone(), link, by_hand, profile, live: None, tracer: Tracer::default() };
+    let host = HostConfig { run: run.clone(), link, by_hand, measure: None };
     let over = match trials {
         Some(trials) => play(scenario, &trials, host, &stop).map(|()| Over::Trials),
         None => {
-            host.live = Some(watchable(cli, &scenario, &run, endpoint)?);
-            one_run(cli, &scenario, host, &stop).map(|summary| Over::Run(Box::new(summary)))
+            let live = watchable(cli, &scenario, &run, endpoint)?;
+            one_run(cli, &scenario, host, live, &stop).map(|summary| Over::Run(Box::new(summary)))
         }
     };
     drop(alive);
@@ -149,38 +148,61 @@ fn watchable(
         arena_pid: process::id(),
     };
     let live = Arc::new(Live::new(about, scenario.ticks(), endpoint.is_some()));
-    live::socket::serve(run, Arc::clone(&live)).context("cannot make the socket of those who watch")?;
+    live::socket::serve(&run.live_path(), Arc::clone(&live))
+        .context("cannot make the socket of those who watch")?;
     endpoint.map(|endpoint| endpoint.serve(Arc::clone(&live))).transpose().context("cannot serve metrics")?;
     Ok(live)
 }
 
-fn one_run(cli: &Cli, scenario: &Scenario, host: HostConfig, stop: &StopFlag) -> anyhow::Result<Summary> {
+fn one_run(
+    cli: &Cli,
+    scenario: &Scenario,
+    host: HostConfig,
+    live: Arc<Live>,
+    stop: &StopFlag,
+) -> anyhow::Result<Summary> {
+    let options = &cli.run;
+    let mode = options.mode();
     let mut arena = Arena::new(scenario)?;
-    let outputs = Outputs::begin(cli.run.out.as_deref(), scenario)?;
-    let mode = cli.run.mode();
-    let tracer = Tracer::begin(&cli.run.trace, scenario, mode).inspect_err(|_| outputs.take_back())?;
-    let host = HostConfig { tracer: tracer.clone(), ..host };
+    let (profile, watched) = (ProfileSlot::default(), WatchedCycles::default());
+    let mut outputs = (options.out.as_deref())
+        .map(|folder| Outputs::begin(folder, scenario, Arc::clone(&profile)))
+        .transpose()?;
+    let mut trace = Trace::begin(&options.trace, scenario, mode).inspect_err(|_| {
+        outputs.iter().for_each(Outputs::take_back);
+    })?;
+    let measure = (!options.no_profile).then(|| Measure {
+        profile: Arc::clone(&profile),
+        watched: watched.clone(),
+        cycles_of: options.trace.traced(scenario),
+    });
+    let host = HostConfig { measure, ..host };
     let mut squad: Box<dyn Squad> = match mode {
         Mode::Lockstep => Box::new(Lockstep::open(scenario, host, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, host)?),
     };
-    if tracer.is_on() {
-        squad = Box::new(Traced::new(squad, tracer.clone()));
-    }
-    let audience = match (cli.run.quiet, cli.live) {
-        (true, _) => Audience::Nobody,
-        (false, true) => Audience::Supervisor,
-        (false, false) => Audience::StandardError,
+    let audience = match (options.quiet, cli.live) {
+        (true, _) => None,
+        (false, true) => Some(Audience::Elsewhere(Box::new(tell_progress))),
+        (false, false) => Some(Audience::StandardError),
     };
-    let (speed, overload) = (cli.run.speed, cli.run.overload);
-    let plan = Plan { engine: "processes", mode, speed, overload, shares: true, audience };
-    let observer: &mut engine::Observer<'_> = &mut |arena, _| {
-        tracer.tick_ends(arena);
-        Ok(())
-    };
-    let mut summary = engine::run(scenario, &mut arena, squad.as_mut(), plan, outputs, stop, observer);
-    summary.unwritten.extend(tracer.finish().err().map(|error| error.to_string()));
-    Ok(summary)
+    let (mut context, mut recovery) = (LogContext, Recovery::new(scenario));
+    let (mut totals, mut publisher) = (AgentTotals(profile), SnapshotPublisher::new(live, watched));
+    let mut progress = audience.map(Progress::new);
+    let mut observers: Vec<&mut dyn Observer> =
+        vec![&mut context, &mut recovery, &mut totals, &mut publisher];
+    observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
+    observers.extend(trace.as_mut().map(|trace| trace as &mut dyn Observer));
+    // Last, so that its summary has what the others know.
+    observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));
+    let (speed, overload) = (options.speed, options.overload());
+    let plan = Plan { engine: "processes", mode, speed, overload, shares: true };
+    Ok(engine::play(scenario, &mut arena, squad.as_mut(), plan, &mut observers, stop))
+}
+
+/// Tells the supervisor, which shows it.
+fn tell_progress(Report { position, total, text }: Report) {
+    agents::tell(&Event::Progress { position, total, text });
 }
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
@@ -190,9 +212,7 @@ fn play(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) 
     let mut next = Some(scenario);
     while let Some(scenario) = next {
         let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
-        supervisor_link::tell(&Event::Summary(
-            serde_json::to_string(&record).context("a record is plain data")?,
-        ));
+        agents::tell(&Event::Summary(serde_json::to_string(&record).context("a record is plain data")?));
         let text = if record.squad_is_whole { trials.next() } else { None };
         next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
     }

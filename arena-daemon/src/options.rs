@@ -9,15 +9,14 @@ use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
+use engine::pace::Overload;
 use logging::Format;
-use protocol::setup::Mode;
-use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
-
-use crate::{
+use observe::{
     live::http::MetricsAddr,
-    pace::Overload,
     trace::{TraceError, TraceOptions},
 };
+use protocol::setup::Mode;
+use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 
 /// Longest wall time of a step, seconds: a year. Beyond what clocks count, nothing would be held back at all.
 const STEP_WALL_MAX_S: f64 = 365.0 * 86_400.0;
@@ -31,6 +30,18 @@ pub enum ModeName {
     Lockstep,
     /// Wall time: every robot runs on its own timer
     Realtime,
+}
+
+/// What is done in real time when the machine cannot keep up, as the command line spells it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum OverloadName {
+    /// The run fails as soon as the arena is a whole tick late
+    Fail,
+    /// The arena makes up for up to half a second; what is more is lost, and the run says how much
+    #[default]
+    Report,
+    /// The arena makes up for nothing: ticks come later, none comes sooner than a step after the one before
+    SlowClock,
 }
 
 /// Which scenario, and what the command line changes in it.
@@ -74,7 +85,7 @@ pub struct RunOptions {
 
     /// In real time, what if this machine cannot keep up
     #[arg(long, value_enum, default_value_t)]
-    pub overload: Overload,
+    pub overload: OverloadName,
 
     /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog, scenario.toml and the log to
     /// this new folder
@@ -175,6 +186,15 @@ impl RunOptions {
         match self.mode {
             ModeName::Lockstep => Mode::Lockstep,
             ModeName::Realtime => Mode::Realtime,
+        }
+    }
+
+    /// What is done when the machine cannot keep up.
+    pub fn overload(&self) -> Overload {
+        match self.overload {
+            OverloadName::Fail => Overload::Fail,
+            OverloadName::Report => Overload::Report,
+            OverloadName::SlowClock => Overload::SlowClock,
         }
     }
 

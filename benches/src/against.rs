@@ -9,8 +9,8 @@ use std::{
 };
 
 use anyhow::ensure;
-use arena_daemon::stop::StopFlag;
 use clap::Args;
+use squad::stop::StopFlag;
 
 use crate::{
     lamplight::{Engine, Program, Summary, side_m},

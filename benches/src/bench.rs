@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::ensure;
-use arena_daemon::stop::StopFlag;
+use squad::stop::StopFlag;
 
 use crate::{
     floor,

@@ -20,7 +20,7 @@ pub(crate) mod zeromq;
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure};
-use arena_daemon::stop::StopFlag;
+use squad::stop::StopFlag;
 
 /// Most agents there may be: the futex floor has a lane for each, 3.5 MiB in all.
 pub(crate) const ROBOTS_MAX: u32 = 4096;

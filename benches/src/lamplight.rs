@@ -10,9 +10,9 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, ensure};
-use arena_daemon::stop::StopFlag;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Deserialize;
+use squad::stop::StopFlag;
 
 use crate::machine::our_name;
 

@@ -24,8 +24,9 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
-use arena_daemon::stop::{StopFlag, exit_status};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use processes::signals::{exit_status, raise_on_stop};
+use squad::stop::StopFlag;
 
 #[cfg(feature = "zeromq")]
 use crate::floor::zeromq;
@@ -142,7 +143,7 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     let (svg, csv) = (created(args.svg.as_deref())?, created(args.csv.as_deref())?);
     machine::raise_open_files().context("cannot raise the limit on open files")?;
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen to signals")?;
+    raise_on_stop(&stop).context("cannot listen to signals")?;
 
     let plan = Plan { peers, robots: args.robots.clone(), rounds: args.rounds, ticks: args.ticks };
     let sizes = bench::measure(&plan, lamplight.as_ref(), &stop)?;
@@ -162,7 +163,7 @@ fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
 fn compare(args: &against::AgainstArgs) -> anyhow::Result<ExitCode> {
     machine::raise_open_files().context("cannot raise the limit on open files")?;
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen to signals")?;
+    raise_on_stop(&stop).context("cannot listen to signals")?;
     let text = against::measured(args, &stop)?;
     println!("{}\n", machine::described());
     print!("{text}");

@@ -16,9 +16,10 @@ use std::{
 };
 
 use anyhow::anyhow;
-use arena_daemon::{progress::Meter, stop::exit_status};
 use clap::{Args, ValueEnum};
 use logging::Format;
+use observe::progress::Meter;
+use processes::signals::exit_status;
 use scenario::Seed;
 use serde::{Deserialize, Serialize};
 

@@ -10,10 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena_daemon::{
-    process::{Process, State},
-    standstill,
-};
+use processes::{Process, State, signals};
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -50,7 +47,7 @@ impl Children {
         mut tell: impl FnMut(Duration) + Send + 'static,
     ) -> io::Result<()> {
         let children = self.clone();
-        standstill::on_signals(move |stop_this_process| {
+        signals::stand_still_on_terminal_stop(move |stop_this_process| {
             let began = Instant::now();
             children.lock().stand_still(stop_this_process);
             tell(began.elapsed());
@@ -97,7 +94,7 @@ fn is_at_work(pid: Pid) -> bool {
 
 /// Starts `command` in a process group of its own, so that Ctrl-C and Ctrl-Z reach it through this process alone.
 pub(crate) fn start(command: &mut Command) -> io::Result<Child> {
-    standstill::unstoppable(|| command.process_group(0).spawn())
+    signals::unstoppable(|| command.process_group(0).spawn())
 }
 
 /// Sends a signal to a child that has not been reaped, so its number is still its own.

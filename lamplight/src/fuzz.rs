@@ -13,19 +13,17 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena::plan_warnings::warnings;
-use arena_daemon::{
-    options::ScenarioOptions,
-    progress::Meter,
-    stop::{StopFlag, exit_status},
-    summary::Summary,
-};
+use arena_daemon::options::ScenarioOptions;
 use clap::{Args, ValueEnum};
+use engine::{StopFlag, summary::Summary};
 use files::WriteError;
 use logging::Format;
+use observe::progress::Meter;
+use processes::signals::{exit_status, raise_on_stop};
 use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde_json::{Value, json};
 
-use self::{cross_engine::Workshop, invariants::Watcher};
+use self::{cross_engine::Workshop, invariants::Invariants};
 use protocol::setup::Mode;
 
 use crate::{failure::Failure, in_process, limits, log, name, stdout::say};
@@ -81,7 +79,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
             .map_err(Failure::Usage)?;
     }
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let workshop = match args.engine {
         Engines::Both => Some(Workshop::open().map_err(Failure::Run)?),
         Engines::InProcess => None,
@@ -188,10 +186,8 @@ fn check(
 fn as_it_must_be(text: &str, stop: &StopFlag) -> Result<Summary, String> {
     let scenario = Scenario::parse("drawn", text, &[])
         .map_err(|error| format!("the scenario that was drawn is refused: {error}"))?;
-    let watcher = Watcher::of(&scenario);
-    let summary =
-        in_process::run_quietly(&scenario, stop, &mut |arena, answers| watcher.look(arena, answers))
-            .map_err(|error| format!("{error:#}"))?;
+    let summary = in_process::run_quietly(&scenario, stop, vec![&mut Invariants::of(&scenario)])
+        .map_err(|error| format!("{error:#}"))?;
     invariants::at_end(&summary)?;
     Ok(summary)
 }

@@ -1,64 +1,30 @@
 //! Runs by the in-process engine: one for `run`, many for `batch`, `shrink` and `fuzz`.
 
-use std::{
-    panic::{self, AssertUnwindSafe},
-    sync::Arc,
-};
+use std::panic::{self, AssertUnwindSafe};
 
 use anyhow::bail;
 use arena::Arena;
-use arena_daemon::{
-    engine::{self, Observer, Plan},
-    live::Live,
-    outputs::Outputs,
-    pace::Overload,
-    progress::Audience,
-    squad::in_process::InProcess,
-    stop::StopFlag,
-    summary::Summary,
-    trial::{self, Record},
-};
+use arena_daemon::trial;
 use coverage::CoverageController;
+use engine::{InProcess, Observer, Plan, StopFlag, summary::Summary};
+use observe::{recovery::Recovery, trial::Record};
 use protocol::{robot_id::RobotId, setup::Mode};
 use scenario::Scenario;
 
-/// How a run goes by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace {
-    /// Cap on virtual over real time.
-    pub(crate) speed: Option<f64>,
-    /// Whether the arena may use all cores.
-    pub(crate) shares: bool,
-    /// Destination of progress reports.
-    pub(crate) audience: Audience,
-}
-
-/// Runs `scenario`, whose start `arena` is, to its end in this process, with `live` for those who watch.
-pub(crate) fn run(
-    scenario: &Scenario,
-    arena: &mut Arena,
-    Pace { speed, shares, audience }: Pace,
-    outputs: Outputs,
-    stop: &StopFlag,
-    observer: &mut Observer<'_>,
-    live: Option<Arc<Live>>,
-) -> Summary {
-    let mode = Mode::Lockstep;
-    let mut squad = squad(scenario).watched(live);
-    let plan = Plan { engine: "in-process", mode, speed, overload: Overload::Report, shares, audience };
-    engine::run(scenario, arena, &mut squad, plan, outputs, stop, observer)
-}
-
-/// The same as fast as it can, silently and without outputs: one run of many. A panic ends this run alone.
+/// Runs `scenario` as fast as it can, silently and without outputs, as one run of many, told to `observers`. A panic ends
+/// this run alone.
 pub(crate) fn run_quietly(
     scenario: &Scenario,
     stop: &StopFlag,
-    observer: &mut Observer<'_>,
+    observers: Vec<&mut dyn Observer>,
 ) -> anyhow::Result<Summary> {
     guarded(|| {
-        let (mut arena, outputs) = (Arena::new(scenario)?, Outputs::begin(None, scenario)?);
-        let pace = Pace { speed: None, shares: false, audience: Audience::Nobody };
-        Ok(run(scenario, &mut arena, pace, outputs, stop, observer, None))
+        let (mut arena, mut squad) = (Arena::new(scenario)?, squad(scenario));
+        let mut recovery = Recovery::new(scenario);
+        let mut all: Vec<&mut dyn Observer> = vec![&mut recovery];
+        all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
+        let plan = Plan { shares: false, ..Plan::IN_PROCESS };
+        Ok(engine::play(scenario, &mut arena, &mut squad, plan, &mut all, stop))
     })
 }
 
@@ -68,9 +34,11 @@ pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Reco
 }
 
 /// The paper's controller for every robot of `scenario`.
-fn squad(scenario: &Scenario) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
+pub(crate) fn squad(
+    scenario: &Scenario,
+) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setup))
+    InProcess::new(0..scenario.robot_count(), move |id| CoverageController::new(id, setup))
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

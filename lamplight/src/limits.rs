@@ -3,7 +3,7 @@
 use std::{fmt, fs, io, str::FromStr};
 
 use anyhow::{anyhow, bail};
-use arena_daemon::live::CLIENTS_MAX;
+use observe::live::CLIENTS_MAX;
 use protocol::setup::Plane;
 use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 use transport::shared_memory::{MORE_BYTES, MORE_FILES, SharedMemory};

@@ -15,12 +15,12 @@ use std::{
 
 use anstream::adapter::strip_bytes;
 use anyhow::Context;
-use arena_daemon::progress::{beside_live_line, init_log};
 use files::{Lines, WriteError};
 use logging::{
     Format,
     line::{JSON_BEGINS, MOST_BYTES},
 };
+use observe::progress::{beside_live_line, init_log};
 use rustix::{
     fs::{OFlags, fcntl_setfl},
     pipe::fcntl_setpipe_size,

@@ -7,16 +7,18 @@ use arena::{
     Arena, placement,
     plan_warnings::{named, warnings},
 };
-use arena_daemon::{
-    engine,
-    live::{About, Live, http::Endpoint},
-    options::RunOptions,
-    outputs::{self, Outputs},
-    progress::Audience,
-    stop::{StopFlag, exit_status},
-    summary::Ending,
-};
+use arena_daemon::options::RunOptions;
 use clap::{Args, ValueEnum};
+use engine::{Observer, Plan, StopFlag, summary::Ending};
+use observe::{
+    live::{About, Live, SnapshotPublisher, http::Endpoint},
+    log_context::LogContext,
+    outputs::{self, Outputs},
+    progress::{Audience, Progress},
+    recovery::Recovery,
+};
+use processes::signals::{exit_status, raise_on_stop};
+use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
 use scenario::{RobotSet, Scenario};
 use serde_json::{Value, json};
@@ -25,8 +27,7 @@ use transport::run_dir::{RunDir, RunName};
 
 use crate::{
     failure::Failure,
-    in_process::{self, Pace},
-    limits, log, name,
+    in_process, limits, log, name,
     stdout::say,
     summary_text,
     supervisor::{self, Watch},
@@ -167,11 +168,19 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let live = watchable(options, scenario)?;
     prepare_out(options)?;
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
-    let outputs = Outputs::begin(options.out.as_deref(), scenario).map_err(Failure::Run)?;
-    let audience = if options.quiet { Audience::Nobody } else { Audience::StandardError };
-    let pace = Pace { speed: options.speed, shares: true, audience };
-    let summary = in_process::run(scenario, &mut arena, pace, outputs, &stop, &mut engine::no_observer, live);
+    raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
+    let outputs = options.out.as_deref().map(|out| Outputs::begin(out, scenario, ProfileSlot::default()));
+    let mut outputs = outputs.transpose().map_err(Failure::Run)?;
+    let mut progress = (!options.quiet).then(|| Progress::new(Audience::StandardError));
+    let mut publisher = live.map(|live| SnapshotPublisher::new(live, WatchedCycles::default()));
+    let (mut context, mut recovery) = (LogContext, Recovery::new(scenario));
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut context, &mut recovery];
+    observers.extend(publisher.as_mut().map(|publisher| publisher as &mut dyn Observer));
+    observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
+    observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));
+    let plan = Plan { speed: options.speed, ..Plan::IN_PROCESS };
+    let mut squad = in_process::squad(scenario);
+    let summary = engine::play(scenario, &mut arena, &mut squad, plan, &mut observers, &stop);
     Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
 }
 

@@ -17,14 +17,12 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena::{placement, plan_warnings::warnings};
-use arena_daemon::{
-    engine,
-    options::ScenarioOptions,
-    progress::Meter,
-    stop::{StopFlag, exit_status},
-};
+use arena_daemon::options::ScenarioOptions;
 use clap::Args;
+use engine::StopFlag;
 use logging::Format;
+use observe::progress::Meter;
+use processes::signals::{exit_status, raise_on_stop};
 use scenario::{FaultSpec, Scenario};
 use serde_json::Value;
 
@@ -80,7 +78,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
     refuse_to_overwrite(&out)?;
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let (robots, faults) = (whole.robot_count(), whole.fault.len());
 
     let mut search = Search {
@@ -211,7 +209,7 @@ impl Search {
 
     /// Runs a candidate; the inner error says why it cannot be run.
     fn summary(&mut self, candidate: &Scenario) -> Result<anyhow::Result<Value>, Halt> {
-        let summary = in_process::run_quietly(candidate, &self.stop, &mut engine::no_observer);
+        let summary = in_process::run_quietly(candidate, &self.stop, Vec::new());
         if let Some(signal) = self.stop.signal() {
             return Err(Halt::Interrupted(signal));
         }

@@ -17,18 +17,18 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena_daemon::{
-    options::RunOptions,
-    process::Process,
-    progress::Meter,
-    standstill::Moment,
-    stop::{ONE_WISH, STOP_SIGNALS},
-};
+use arena_daemon::options::RunOptions;
 use logging::FORMAT_VARIABLE;
+use observe::progress::Meter;
+use processes::{
+    Process,
+    signals::{ONE_WISH, STOP_SIGNALS},
+};
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
 use scenario::RobotSet;
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
+use squad::moment::Moment;
 use transport::{
     control::{Event, Order},
     run_dir::RunDir,

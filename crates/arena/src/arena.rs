@@ -20,22 +20,21 @@ use crate::{
     channel::{Channel, Crowding, Moment, Reception},
     digest::Digest,
     executor::{Executor, Sequential},
-    fault::{FaultPlan, Passage, ProcessFault, ledger::Line},
+    fault::{FaultPlan, Passage, ledger::Line},
     field::Field,
     frame::Pose,
     light::LightSensors,
     measurement::Measurement,
-    metrics::{Metrics, Observer},
+    metrics::{Disturbance, Metrics, Observer},
     neighbor_tables::NeighborTables,
     odometry::Odometers,
     packets::Packets,
     placement::{self, PlacementError},
     random::{Draws, Purpose},
-    recovery::Disturbance,
     voronoi::walls_around,
     world::World,
 };
-use scenario::Scenario;
+use scenario::{ProcessFault, Scenario};
 
 /// Filler for measurements to come.
 const NOTHING_HEARD: Delivery = Delivery {
@@ -197,6 +196,11 @@ impl Arena {
     /// Pose of every robot.
     pub fn poses(&self) -> &[Pose] {
         self.world.poses()
+    }
+
+    /// Percepts of the current tick, by robot; `None` if no neighbor cycle began with it.
+    pub fn percepts(&self) -> Option<&[Percept]> {
+        self.tick.filter(|&tick| self.scenario.begins_cycle(tick)).map(|_| &self.percepts[..])
     }
 
     /// Receptions of every robot since the start.

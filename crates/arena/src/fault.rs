@@ -35,34 +35,12 @@ use crate::{
     channel::Reception,
     frame::{ArenaPoint, Pose},
 };
-use scenario::{FaultKind, FaultSpec, Scenario};
+use scenario::{FaultKind, FaultSpec, ProcessAction, ProcessFault, Scenario};
 
 use ledger::Line;
 use rng::FaultRng;
 use rule::{Flight, Rule, Verdict};
 use target::{Scene, Target};
-
-/// Something the plan does to an agent's process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ProcessFault {
-    /// Index of the robot.
-    pub robot: u32,
-    /// The action on its agent.
-    pub action: ProcessAction,
-}
-
-/// Action of a fault on an agent's process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProcessAction {
-    /// It is killed, and its memory with it.
-    Kill,
-    /// A new life of it begins, without memory.
-    Restart,
-    /// It is stopped.
-    Pause,
-    /// It goes on.
-    Resume,
-}
 
 /// State of an agent under the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -26,7 +26,6 @@ pub mod packets;
 pub mod placement;
 pub mod plan_warnings;
 pub mod random;
-pub mod recovery;
 pub mod voronoi;
 pub mod world;
 

@@ -17,12 +17,14 @@ use crate::{
     frame::{ArenaPoint, Pose},
     neighbor_tables::NeighborTables,
     packets::Packets,
-    recovery::Disturbance,
     voronoi::{cell_in_arena, delaunay_neighbors},
 };
 
 /// A local and a global cell are the same if their areas agree to this share.
 const SAME_CELL: f64 = 1e-9;
+
+/// Mean ‖ê‖ and H, which a fault can be felt in; `None` where nobody is left who has one.
+pub type Disturbance = [Option<f64>; 2];
 
 /// The state of a swarm as an observer sees it.
 ///

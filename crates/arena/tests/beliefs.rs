@@ -6,7 +6,6 @@ use arena::{
     Arena,
     channel::{Channel, Moment},
     executor::Sequential,
-    fault::{ProcessAction, ProcessFault},
     frame::{ArenaPoint, Pose},
     packets::Packets,
 };
@@ -19,7 +18,7 @@ use protocol::{
     robot_id::RobotId,
     setup::Mode,
 };
-use scenario::Scenario;
+use scenario::{ProcessAction, ProcessFault, Scenario};
 
 fn scenario(text: &str) -> Scenario {
     Scenario::parse("beliefs", text, &[]).unwrap_or_else(|error| panic!("{error}"))

@@ -5,13 +5,13 @@
 use arena::{
     Arena,
     channel::Reception,
-    fault::{FaultPlan, Passage, ProcessAction, ProcessFault},
+    fault::{FaultPlan, Passage},
     frame::{ArenaPoint, Pose},
     placement,
     plan_warnings::warnings,
 };
 use protocol::{command::Command, frame::BodyVector, packet::Packet, percept::Tick, robot_id::RobotId};
-use scenario::Scenario;
+use scenario::{ProcessAction, ProcessFault, Scenario};
 
 /// Ten robots in a row, 0.1 m apart, all in range of each other, and some faults.
 fn scenario(faults: &str) -> Scenario {

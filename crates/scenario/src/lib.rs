@@ -20,6 +20,7 @@ mod light;
 mod load;
 mod overrides;
 mod problem;
+mod process_fault;
 mod robot_set;
 mod schema;
 mod steps;
@@ -44,6 +45,7 @@ pub use number::{
     RobotCount, SEED_MAX, Seed, Share, Xy,
 };
 pub use overrides::{Override, OverrideError};
+pub use process_fault::{ProcessAction, ProcessFault};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
 pub use schema::schema_json;
 pub use steps::{Rounded, Roundings, STEPS_MAX};

@@ -20,8 +20,8 @@ use std::{
 };
 
 use anyhow::{Context, bail, ensure};
-use arena_daemon::trial::{Record, TOLERANCES_M};
 use files::WriteError;
+use observe::trial::{Record, TOLERANCES_M};
 
 use self::table::{Block, Row, Sheet, Table};
 use super::{

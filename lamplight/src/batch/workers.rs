@@ -13,14 +13,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena_daemon::{
-    options::{ModeName, RunOptions, ScenarioOptions},
-    pace::Overload,
-    stop::StopFlag,
-    summary::Ending,
-    trace::TraceOptions,
-    trial::Record,
-};
+use arena_daemon::options::{ModeName, OverloadName, RunOptions, ScenarioOptions};
+use engine::{StopFlag, summary::Ending};
+use observe::{trace::TraceOptions, trial::Record};
+use processes::signals::raise_on_stop;
 use protocol::setup::{Law, Mode};
 use scenario::Scenario;
 use transport::run_dir::RunDir;
@@ -95,7 +91,7 @@ fn by_threads(
     keep: &mut Keeper<'_>,
 ) -> anyhow::Result<Option<i32>> {
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals")?;
+    raise_on_stop(&stop).context("cannot listen for signals")?;
     let (next, over) = (AtomicUsize::new(0), StopFlag::default());
     let (sender, played) = mpsc::channel();
     let outcome = thread::scope(|scope| {
@@ -299,7 +295,7 @@ fn options(scenario: &Scenario) -> RunOptions {
         scenario,
         mode: ModeName::Lockstep,
         speed: None,
-        overload: Overload::Report,
+        overload: OverloadName::Report,
         out: None,
         metrics: None,
         no_profile: true,

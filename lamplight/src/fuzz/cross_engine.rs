@@ -11,11 +11,12 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena_daemon::{standstill::Moment, stop::StopFlag};
+use engine::StopFlag;
 use files::WriteError;
 use rustix::process::{Pid, Signal};
 use scenario::Seed;
 use serde_json::Value;
+use squad::moment::Moment;
 use transport::run_dir::RunDir;
 
 use crate::{

@@ -2,10 +2,9 @@
 
 use std::{cmp::Ordering, collections::HashMap};
 
-use arena_daemon::{
-    live::{Participation, Phase, Robot, Snapshot, Waited},
-    profile::{Quantiles, Stage},
-};
+use engine::{Participation, Waited};
+use observe::live::{Phase, Robot, Snapshot};
+use profile::{Quantiles, Stage};
 use ratatui::{
     buffer::Buffer,
     layout::Rect,
@@ -211,7 +210,7 @@ impl View<'_> {
                 u32::from(robot.id.incarnation) + 1,
                 robot.pid.map_or_else(dash, |pid| pid.to_string()),
                 state.unwrap_or_else(|| robot.participation.name().into()),
-                robot.missed_deadlines,
+                robot.missed_deadlines.map_or_else(dash, |missed| missed.to_string()),
                 robot.refused,
             );
             match (waited, robot.participation) {

@@ -13,11 +13,9 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena_daemon::{
-    live::{Snapshot, socket},
-    process::Process,
-    stop::StopFlag,
-};
+use engine::StopFlag;
+use observe::live::{Snapshot, socket};
+use processes::{Process, signals::raise_on_stop};
 use ratatui::{
     DefaultTerminal,
     crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
@@ -82,7 +80,7 @@ impl Watcher {
     pub(super) fn ask(&mut self) -> Result<Asked, Failure> {
         let asked = Instant::now();
         loop {
-            match socket::ask(&self.run) {
+            match socket::ask(&self.run.live_path()) {
                 Ok(snapshot) => {
                     self.rates.note(Instant::now(), snapshot.tick, snapshot.time_s);
                     let shown = self.screen.shown(&snapshot);
@@ -145,7 +143,7 @@ const GRACE: Duration = Duration::from_secs(1);
 /// Shows the run until it ends, or a key or a signal says that it is enough.
 pub(super) fn show(watcher: &mut Watcher) -> Result<(), Failure> {
     let stop = StopFlag::default();
-    stop.on_signals().context("cannot listen for signals").map_err(Failure::Run)?;
+    raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     leave_a_lost_terminal(stop.clone());
     // Before the terminal is taken: what is wrong at once is said on it as it is.
     let mut asked = watcher.ask()?;

@@ -1,9 +1,8 @@
 use arena::packets::Packets;
-use arena_daemon::{
-    live::{About, Agents, Awaited, Waiting},
-    profile::RecentCycles,
-};
+use engine::{Awaited, Waiting};
 use expect_test::expect;
+use observe::live::About;
+use profile::{RecentCycles, RecentTimes};
 use protocol::{robot_id::RobotId, setup::Mode};
 use ratatui::{Terminal, backend::TestBackend, style::Color};
 
@@ -25,7 +24,7 @@ fn robot(index: u32, p99_us: f64) -> Robot {
         pid: Some(4225 + index),
         participation: Participation::Present,
         cycles: Some(RecentCycles { last_us: 9.5 + f64::from(index), p99_us, wake_us: 80.0 }),
-        missed_deadlines: 0,
+        missed_deadlines: Some(0),
         refused: u64::from(index == 2),
     }
 }
@@ -51,7 +50,7 @@ fn snapshot() -> Snapshot {
         mean_error_m: Some(0.0203),
         packets: Packets { sent: 8110, heard: 60000, collided: 12, half_duplex: 3, ..Packets::default() },
         tick_time: quantiles(686.0),
-        agents: Some(Agents {
+        agents: Some(RecentTimes {
             stages: [quantiles(1.5); Stage::ALL.len()],
             cycle: quantiles(12.0),
             packet: None,

@@ -1,0 +1,255 @@
+//! Processes in lock-step: the arena waits for every live agent, every tick.
+
+use std::{mem, thread, time::Duration};
+
+use profile::CycleTimes;
+use protocol::{
+    percept::{Percept, Tick},
+    setup::Mode,
+};
+use scenario::{ProcessAction, ProcessFault, Scenario};
+use squad::{
+    Answers, Awaited, Incident, RobotStatus, Squad, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
+};
+
+use crate::roster::{Heard, HostConfig, Roster};
+
+/// How long the arena sleeps before it asks whether who is missing is still alive.
+const ALIVE_POLL: Duration = Duration::from_millis(20);
+/// How long it waits for an answer that the doorbell has announced too early.
+const EARLY_RING: Duration = Duration::from_millis(1);
+
+/// Agents that answer tick by tick.
+#[derive(Debug)]
+pub struct Lockstep {
+    members: Roster,
+    stop: StopFlag,
+    /// Whether everybody has been there once.
+    joined: bool,
+    /// The tick that percepts were sent for last.
+    tick: Tick,
+    /// Robots that it waits for.
+    awaited: Vec<usize>,
+}
+
+/// A squad on loan for one trial: see [`Lockstep::trial`].
+#[derive(Debug)]
+pub struct Trial<'a> {
+    squad: &'a mut Lockstep,
+    scenario: &'a Scenario,
+}
+
+impl Lockstep {
+    /// Opens the run to agents. Once `stop` is raised, no silent agent is waited for.
+    pub fn open(scenario: &Scenario, host: HostConfig, stop: StopFlag) -> Result<Self, SquadError> {
+        Ok(Self {
+            members: Roster::open(scenario, Mode::Lockstep, host)?,
+            stop,
+            joined: false,
+            tick: 0,
+            awaited: Vec::new(),
+        })
+    }
+
+    /// Plays one trial of `scenario` after another by the same agents: once it has been joined, the squad
+    /// is not dismissed but begins anew. Between two trials it must be whole, and have as many robots.
+    pub fn trial<'a>(&'a mut self, scenario: &'a Scenario) -> Trial<'a> {
+        Trial { squad: self, scenario }
+    }
+
+    fn await_joining(
+        &mut self,
+        reborn: Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        if reborn.is_empty() {
+            return Ok(());
+        }
+        self.members.doorbell.expect(reborn.len() as u32);
+        self.members.await_joining(&reborn, tick, &self.stop, answers, waiting)
+    }
+
+    /// Waits for the answers of `missing`, and deals with those that do not come.
+    fn await_answers(
+        &mut self,
+        missing: &mut Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        let rung = Moment::now();
+        // Late twice in a row: after somebody has stopped all processes the first look comes too early.
+        let mut was_late = false;
+        loop {
+            let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
+            self.read(missing, tick, answers)?;
+            if missing.is_empty() || self.stop.is_raised() {
+                self.members.nobody_is_waited_for(waiting);
+                return Ok(());
+            }
+            self.members.wait_for(Awaited::Answer, missing, tick, rung, waiting);
+            let late = rung.elapsed() > self.members.hang_timeout;
+            let mut waited_for = Vec::new();
+            for &index in &*missing {
+                if was_late && late {
+                    self.members.give_up_on(index, tick)?;
+                } else if !self.members.bury_if_dead(index, tick)? {
+                    waited_for.push(index);
+                }
+            }
+            *missing = waited_for;
+            was_late = late;
+            if announced {
+                thread::sleep(EARLY_RING);
+            }
+        }
+    }
+
+    /// Reads the uplinks of `missing`, where those stay who have not answered.
+    fn read(
+        &mut self,
+        missing: &mut Vec<usize>,
+        tick: Tick,
+        answers: &mut Answers,
+    ) -> Result<(), SquadError> {
+        let mut silent = 0;
+        for at in 0..missing.len() {
+            let index = missing[at];
+            match self.members.hear(index, tick..=tick)? {
+                Heard::Command(_, command) => answers[index] = Some(command),
+                Heard::Refused => answers[index] = None,
+                Heard::Nothing => {
+                    missing[silent] = index;
+                    silent += 1;
+                }
+            }
+        }
+        missing.truncate(silent);
+        Ok(())
+    }
+}
+
+impl Squad for Lockstep {
+    fn join_all(
+        &mut self,
+        answers: &mut Answers,
+        stop: &StopFlag,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        self.joined = true;
+        self.members.join_all(answers, stop, waiting)
+    }
+
+    /// Waits for every new life.
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        let mut reborn = Vec::new();
+        for &process_fault in process_faults {
+            if process_fault.action == ProcessAction::Pause {
+                // A new life is there before it is paused, so that it takes part right after.
+                self.await_joining(mem::take(&mut reborn), tick, answers, waiting)?;
+            }
+            if self.members.apply_process_faults(process_fault, answers)?
+                && process_fault.action == ProcessAction::Restart
+            {
+                reborn.push(process_fault.robot as usize);
+            }
+        }
+        self.await_joining(reborn, tick, answers, waiting)
+    }
+
+    fn left_out(&self) -> Vec<u32> {
+        self.members.left_out()
+    }
+
+    fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
+        self.tick = percepts.first().map_or(0, |percept| percept.tick);
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.begin_round(self.tick));
+        self.members.send(percepts, &mut self.awaited)?;
+        self.members.doorbell.expect(self.awaited.len() as u32);
+        self.members.ring();
+        Ok(())
+    }
+
+    fn collect(&mut self, answers: &mut Answers, waiting: &mut WaitingSink<'_>) -> Result<(), SquadError> {
+        answers.fill(None);
+        let mut awaited = mem::take(&mut self.awaited);
+        self.await_answers(&mut awaited, self.tick, answers, waiting)?;
+        self.awaited = awaited;
+        self.members.welcome(self.tick, answers)
+    }
+
+    fn now_ns(&self) -> Option<u64> {
+        self.members.recorder.as_ref()?.now_ns()
+    }
+
+    fn take_cycles(&mut self, cycles: &mut Vec<CycleTimes>) {
+        self.members.recorder.iter_mut().for_each(|recorder| recorder.take_cycles(cycles));
+    }
+
+    fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
+        self.members.take_incidents(incidents);
+    }
+
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.members.robot_statuses()
+    }
+
+    fn dismiss(&mut self) {
+        self.members.dismiss();
+    }
+}
+
+impl Squad for Trial<'_> {
+    fn join_all(
+        &mut self,
+        answers: &mut Answers,
+        stop: &StopFlag,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        match self.squad.joined {
+            true => self.squad.members.rejoin_all(self.scenario, Mode::Lockstep, answers, stop, waiting),
+            false => self.squad.join_all(answers, stop, waiting),
+        }
+    }
+
+    fn apply_process_faults(
+        &mut self,
+        tick: Tick,
+        process_faults: &[ProcessFault],
+        answers: &mut Answers,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        self.squad.apply_process_faults(tick, process_faults, answers, waiting)
+    }
+
+    fn left_out(&self) -> Vec<u32> {
+        self.squad.left_out()
+    }
+
+    fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
+        self.squad.send(percepts)
+    }
+
+    fn collect(&mut self, answers: &mut Answers, waiting: &mut WaitingSink<'_>) -> Result<(), SquadError> {
+        self.squad.collect(answers, waiting)
+    }
+
+    fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
+        self.squad.take_incidents(incidents);
+    }
+
+    fn robot_statuses(&self) -> Vec<RobotStatus> {
+        self.squad.robot_statuses()
+    }
+
+    /// The next trial needs them.
+    fn dismiss(&mut self) {}
+}

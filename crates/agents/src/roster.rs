@@ -1,0 +1,694 @@
+//! The agents of a run as the arena knows them: which have joined, are silent, or were killed or paused by the plan, and
+//! what is done about it. Both process squads stand on this.
+
+use std::{
+    fmt, fs, io, mem,
+    ops::RangeInclusive,
+    thread,
+    time::{Duration, Instant},
+};
+
+use processes::{Process, State};
+use profile::{ProfileSlot, WatchedCycles};
+use protocol::{
+    command::Command,
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+    setup::{AgentSetup, Mode, Plane},
+};
+use scenario::{OnHang, ProcessAction, ProcessFault, ProcessesSpec, RobotSet, Scenario};
+use squad::{
+    Answers, Awaited, Incident, Participation, RobotStatus, SquadError, WaitingSink, moment::Moment,
+    stop::StopFlag,
+};
+use transport::{
+    codec,
+    control::Event,
+    doorbell::Doorbell,
+    frame_cache::Frames,
+    pid_namespace,
+    raw::{BOOT_TICK, CommandError},
+    run_dir::{ByHand, RunDir},
+    services::{ArenaPorts, Session, remove_dead_files},
+    shared_memory::explained,
+};
+
+use crate::{
+    profiling::Recorder,
+    second_core::SecondCore,
+    supervisor_link::{Link, Lost},
+};
+
+/// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
+/// flood is read no further than this, and every excess command read is counted as refused.
+const READS_MAX: usize = 8;
+/// How often the arena looks for agents that join.
+const JOIN_POLL: Duration = Duration::from_millis(5);
+/// How long the arena keeps what a life has left for the news that its process has died. Without
+/// the news, a few small files stay until the run ends.
+const DYING: Duration = Duration::from_secs(10);
+/// How often the arena looks whether an agent that was started by hand has died as it joined.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Time between notes about who is missing.
+const NOTE_EVERY: Duration = Duration::from_secs(5);
+/// Time between two lines that tell which robots wait to be started by hand: whoever is busy with a debugger should
+/// not have to look for it, nor be disturbed.
+const CALL_EVERY: Duration = Duration::from_secs(30);
+
+/// Configuration with which the arena hosts agents.
+#[derive(Debug)]
+pub struct HostConfig {
+    /// The run's folder.
+    pub run: RunDir,
+    /// The line to the supervisor.
+    pub link: Link,
+    /// Robots that nobody starts for us.
+    pub by_hand: Option<RobotSet>,
+    /// How the agents are measured, if they are.
+    pub measure: Option<Measure>,
+}
+
+/// Destinations of what is measured of the agents.
+#[derive(Clone, Debug, Default)]
+pub struct Measure {
+    /// The whole, at the end.
+    pub profile: ProfileSlot,
+    /// The last moments, while somebody watches.
+    pub watched: WatchedCycles,
+    /// Robots whose whole cycles are wanted one by one, as soon as they are known.
+    pub cycles_of: Option<RobotSet>,
+}
+
+/// Content of an uplink.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Heard {
+    /// Nothing of use.
+    Nothing,
+    /// A command, and the tick it answers.
+    Command(Tick, Command),
+    /// An answer that cannot be carried out: the robot stands still and is silent.
+    Refused,
+}
+
+/// One robot's agent.
+#[derive(Debug)]
+pub(crate) struct Member {
+    pub(crate) id: RobotId,
+    ports: Option<ArenaPorts>,
+    pub(crate) process: Option<Process>,
+    pub(crate) state: AgentState,
+    pub(crate) refused: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AgentState {
+    /// Its services stand since then; nobody has come yet.
+    Expected { since: Moment },
+    /// It takes part.
+    Present,
+    /// The plan has stopped it; it may not have come before that.
+    Paused { joined: bool },
+    /// The plan has killed it.
+    Down,
+    /// It is left out for good, unplanned.
+    Out,
+}
+
+/// A life that is over for the arena, until its process has ended too: SIGKILL takes its time.
+#[derive(Debug)]
+struct Remains {
+    id: RobotId,
+    process: Option<Process>,
+    since: Moment,
+    ports: ArenaPorts,
+}
+
+/// All agents of a run.
+#[derive(Debug)]
+pub(crate) struct Roster {
+    pub(crate) doorbell: Doorbell,
+    pub(crate) hang_timeout: Duration,
+    pub(crate) recorder: Option<Recorder>,
+    /// A core for the recorder's work while percepts are sent.
+    second_core: Option<SecondCore>,
+    session: Session,
+    plane: Plane,
+    /// Frames of packets that agents are to hear.
+    frames: Frames,
+    pub(crate) host: HostConfig,
+    /// When it was last told who is waited for, if somebody is.
+    pub(crate) waiting_told: Option<Instant>,
+    processes: ProcessesSpec,
+    pub(crate) members: Vec<Member>,
+    /// Robots driven by hand, as the run's folder tells.
+    by_hand: Vec<ByHand>,
+    /// When somebody was last called to start them.
+    called: Option<Moment>,
+    /// When it was last looked whether somebody by hand has died as they joined.
+    looked: Instant,
+    /// In no order; one per robot that ends, for the time its process takes to die.
+    remains: Vec<Remains>,
+    incidents: Vec<Incident>,
+}
+
+impl Roster {
+    /// Lays out the run's folder and the services of every robot.
+    pub(crate) fn open(scenario: &Scenario, mode: Mode, host: HostConfig) -> Result<Self, SquadError> {
+        let failed =
+            |what: &str, error: io::Error| SquadError(format!("cannot make {what}: {}", explained(error)));
+        let run = &host.run;
+        fs::create_dir_all(run.services_path()).map_err(|error| failed("the services' folder", error))?;
+        tell_setup(run, scenario, mode)?;
+        let session = Session::enter(run).map_err(SquadError::new)?;
+        let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
+        let members = (0..robots)
+            .map(|index| Member::hosted(&session, plane, RobotId::first(index)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let by_hand: Vec<ByHand> = driven_by_hand(&members, &host).collect();
+        run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
+        // The doorbell comes last: an agent that finds it finds everything.
+        let doorbell =
+            Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
+        Ok(Self {
+            doorbell,
+            recorder: host.measure.as_ref().map(|measure| Recorder::new(robots as usize, mode, measure)),
+            second_core: host.measure.as_ref().and_then(|_| SecondCore::for_robots(robots)),
+            hang_timeout: scenario.processes.hang_timeout(),
+            session,
+            plane,
+            frames: Frames::of(robots as usize),
+            host,
+            waiting_told: None,
+            processes: scenario.processes.clone(),
+            members,
+            by_hand,
+            called: None,
+            looked: Instant::now(),
+            remains: Vec::new(),
+            incidents: Vec::new(),
+        })
+    }
+
+    /// Lets agents come and waits until all have joined, or `stop` is raised.
+    pub(crate) fn join_all(
+        &mut self,
+        answers: &mut Answers,
+        stop: &StopFlag,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        self.doorbell.expect(self.members.len() as u32);
+        self.host.link.tell(&Event::Ready);
+        let everyone: Vec<usize> = (0..self.members.len()).collect();
+        self.await_joining(&everyone, BOOT_TICK, stop, answers, waiting)?;
+        if let Some(recorder) = &mut self.recorder {
+            let processes: Vec<_> = self.members.iter().map(|member| member.process).collect();
+            recorder.begin(&processes);
+        }
+        Ok(())
+    }
+
+    /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
+    /// give their first command again. Everybody must be there in their first life.
+    pub(crate) fn rejoin_all(
+        &mut self,
+        scenario: &Scenario,
+        mode: Mode,
+        answers: &mut Answers,
+        stop: &StopFlag,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        tell_setup(&self.host.run, scenario, mode)?;
+        let everyone: Vec<usize> = (0..self.members.len()).collect();
+        let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
+        self.send(&percepts, &mut Vec::new())?;
+        self.members.iter_mut().for_each(|member| member.state = AgentState::expected());
+        self.doorbell.expect(self.members.len() as u32);
+        self.doorbell.ring();
+        self.await_joining(&everyone, BOOT_TICK, stop, answers, waiting)
+    }
+
+    /// Waits until nobody of `indices` is expected any more, or `stop` is raised.
+    pub(crate) fn await_joining(
+        &mut self,
+        indices: &[usize],
+        tick: Tick,
+        stop: &StopFlag,
+        answers: &mut Answers,
+        waiting: &mut WaitingSink<'_>,
+    ) -> Result<(), SquadError> {
+        let began = Moment::now();
+        let mut noted = began;
+        loop {
+            self.welcome(tick, answers)?;
+            let expected = |&&index: &&usize| self.members[index].is_expected();
+            let missing: Vec<usize> = indices.iter().filter(expected).copied().collect();
+            if missing.is_empty() || stop.is_raised() {
+                self.nobody_is_waited_for(waiting);
+                return Ok(());
+            }
+            self.wait_for(Awaited::Join, &missing, tick, began, waiting);
+            if noted.elapsed() >= NOTE_EVERY {
+                noted = Moment::now();
+                let (missing, all) = (missing.len(), indices.len());
+                tracing::info!("waiting for {missing} of {all} robots to join");
+            }
+            if self.doorbell.wait_for_answers(JOIN_POLL) {
+                // The countdown is through, but somebody is missing: look again a little later.
+                thread::sleep(JOIN_POLL);
+            }
+        }
+    }
+
+    /// Does to an agent's process what the plan says. Returns whether that changes anything: nothing
+    /// can be done to a robot that is left out, or to a dead one but to restart it.
+    pub(crate) fn apply_process_faults(
+        &mut self,
+        process_fault: ProcessFault,
+        answers: &mut Answers,
+    ) -> Result<bool, SquadError> {
+        let index = process_fault.robot as usize;
+        let Member { id, state, .. } = self.members[index];
+        let becomes = match (process_fault.action, state) {
+            (_, AgentState::Out)
+            | (ProcessAction::Kill | ProcessAction::Pause | ProcessAction::Resume, AgentState::Down)
+            | (ProcessAction::Pause, AgentState::Paused { .. })
+            | (ProcessAction::Resume, AgentState::Expected { .. } | AgentState::Present) => return Ok(false),
+            (ProcessAction::Kill, _) => {
+                self.end(index);
+                AgentState::Down
+            }
+            (ProcessAction::Restart, _) => {
+                self.end(index);
+                self.begin(index, id.reborn())?
+            }
+            (ProcessAction::Pause, state) => {
+                self.host.link.tell(&Event::Stop(id));
+                AgentState::Paused { joined: state == AgentState::Present }
+            }
+            (ProcessAction::Resume, AgentState::Paused { joined }) => {
+                self.host.link.tell(&Event::Continue(id));
+                if joined { AgentState::Present } else { AgentState::expected() }
+            }
+        };
+        self.members[index].state = becomes;
+        answers[index] = None;
+        Ok(true)
+    }
+
+    /// Takes in agents that have joined since the last call; their first commands become answers.
+    /// Does away with those who will not come.
+    pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
+        let lost: Vec<Lost> = self.host.link.lost().collect();
+        lost.iter().try_for_each(|lost| self.on_process_exit(lost, tick))?;
+        self.remove_remains(&lost);
+        self.on_death_by_hand(tick)?;
+        for (index, answer) in answers.iter_mut().enumerate() {
+            let AgentState::Expected { since } = self.members[index].state else { continue };
+            if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
+                self.members[index].state = AgentState::Present;
+                *answer = Some(command);
+            } else if let Some(patience) = self.join_timeout(index)
+                && since.elapsed() > patience
+            {
+                let what = format!("{} has not joined within {patience:?}", self.members[index].id);
+                self.apply_hang_policy(index, tick, what)?;
+            }
+        }
+        self.call_by_hand();
+        match self.members.iter().all(|member| member.state == AgentState::Out) {
+            true => Err(SquadError("no robot is left".into())),
+            false => Ok(()),
+        }
+    }
+
+    /// Deals with an agent whose process has ended without being told to.
+    fn on_process_exit(&mut self, lost: &Lost, tick: Tick) -> Result<(), SquadError> {
+        let Lost { id, pid, how } = lost;
+        let index = id.index as usize;
+        let Some(member) = self.members.get(index).filter(|member| member.id == *id) else { return Ok(()) };
+        let what = match member.state {
+            AgentState::Expected { .. } | AgentState::Paused { joined: false } => {
+                format!("the agent of {id} ended before it joined ({how})")
+            }
+            // Another process may have wanted to drive this robot, and been refused.
+            AgentState::Present | AgentState::Paused { joined: true }
+                if member.process.is_some_and(|process| process.pid() == *pid) =>
+            {
+                format!("{} died after tick {tick} ({how})", member.named())
+            }
+            AgentState::Present
+            | AgentState::Paused { joined: true }
+            | AgentState::Down
+            | AgentState::Out => {
+                return Ok(());
+            }
+        };
+        self.apply_hang_policy(index, tick, what)
+    }
+
+    /// Deals with agents that were started by hand and have died between joining and their first command: nobody's
+    /// children, of whose process the arena does not know yet.
+    fn on_death_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
+        if self.looked.elapsed() < LOOK_EVERY {
+            return Ok(());
+        }
+        self.looked = Instant::now();
+        for index in 0..self.members.len() {
+            let Member { id, ports, .. } = &self.members[index];
+            let is_awaited = self.is_by_hand(index) && self.members[index].is_expected();
+            if is_awaited && ports.as_ref().is_some_and(ArenaPorts::has_dead_agent) {
+                let what = format!("the agent of {id} died as it joined");
+                self.apply_hang_policy(index, tick, what)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a percept to every agent that takes part, and writes their indices over `present`.
+    pub(crate) fn send(&mut self, percepts: &[Percept], present: &mut Vec<usize>) -> Result<(), SquadError> {
+        present.clear();
+        present.extend((0..self.members.len()).filter(|&index| self.is_present(index)));
+        let Self { members, frames, recorder, second_core, .. } = self;
+        let mut send = || {
+            present.iter().try_for_each(|&index| match &mut members[index].ports {
+                Some(ports) => ports.send(&percepts[index], frames).map_err(SquadError::new),
+                None => Ok(()),
+            })
+        };
+        // The percepts are in the caches now; once the agents are at work, they are not any more.
+        let record = |recorder: &mut Recorder| recorder.hand_out(present, percepts);
+        match (recorder, second_core) {
+            (None, _) => send()?,
+            (Some(recorder), None) => {
+                record(recorder);
+                send()?;
+            }
+            (Some(recorder), Some(core)) => core.both(
+                || {
+                    record(recorder);
+                    recorder.digest();
+                },
+                send,
+            )?,
+        }
+        Ok(())
+    }
+
+    /// Wakes the agents. While they are at work, what is known of them is worked in, if that has not been done.
+    pub(crate) fn ring(&mut self) {
+        self.recorder.iter_mut().for_each(Recorder::ring);
+        self.doorbell.ring();
+        self.recorder.iter_mut().for_each(Recorder::digest);
+    }
+
+    /// Reads what agent `index` has sent: the latest command that answers one of the `awaited`
+    /// ticks. Whatever else is there is refused and counted.
+    pub(crate) fn hear(&mut self, index: usize, awaited: RangeInclusive<Tick>) -> Result<Heard, SquadError> {
+        let member = &mut self.members[index];
+        let Some(ports) = &mut member.ports else { return Ok(Heard::Nothing) };
+        let (mut heard, mut refusals) = (Heard::Nothing, Vec::new());
+        for _ in 0..READS_MAX {
+            let Some(raw) = ports.receive().map_err(SquadError::new)? else { break };
+            let in_time = awaited.contains(&raw.tick);
+            let expected = if in_time { raw.tick } else { *awaited.end() };
+            match (raw.check(member.id, expected), heard) {
+                (Ok(_), Heard::Command(newest, _)) if raw.tick <= newest => {
+                    refusals.push(format!("it has answered tick {newest} already"));
+                }
+                (Ok(command), _) => {
+                    member.process = member.process.or_else(|| Process::find(raw.pid));
+                    heard = Heard::Command(raw.tick, command);
+                    if let Some(recorder) = &mut self.recorder {
+                        recorder.note(index, raw.tick, &command, &raw.times);
+                    }
+                }
+                (Err(error), before) => {
+                    refusals.push(error.to_string());
+                    let not_an_answer =
+                        matches!(error, CommandError::Tick { .. } | CommandError::Sender { .. });
+                    if before == Heard::Nothing && !not_an_answer {
+                        heard = Heard::Refused;
+                    }
+                }
+            }
+        }
+        refusals.iter().for_each(|why| member.refuse(why));
+        Ok(heard)
+    }
+
+    /// Deals with agent `index` if its process has died. Returns whether it had.
+    pub(crate) fn bury_if_dead(&mut self, index: usize, tick: Tick) -> Result<bool, SquadError> {
+        let member = &self.members[index];
+        let dead = member.process.is_some_and(|process| process.state() == State::Dead);
+        if dead {
+            let what = format!("{} died before it answered tick {tick}", member.named());
+            self.apply_hang_policy(index, tick, what)?;
+        }
+        Ok(dead)
+    }
+
+    /// Deals with agent `index`, which has not answered for too long.
+    pub(crate) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
+        let member = &self.members[index];
+        let state = member.process.map_or("unknown".into(), |process| process.state().to_string());
+        let (named, patience) = (member.named(), self.hang_timeout);
+        self.apply_hang_policy(
+            index,
+            tick,
+            format!("{named} has not answered tick {tick} for {patience:?}; state: {state}"),
+        )
+    }
+
+    /// Ends the run for every agent. They are measured as long as they are there.
+    pub(crate) fn dismiss(&mut self) {
+        let processes = self.members.iter().map(|member| member.process);
+        let profile = self.recorder.as_mut().and_then(|recorder| recorder.finish(processes));
+        if let (Some(profile), Some(measure)) = (profile, &self.host.measure) {
+            // A squad is dismissed once.
+            let _ = measure.profile.set(profile);
+        }
+        self.doorbell.close();
+        for member in &mut self.members {
+            member.ports = None;
+            if let AgentState::Paused { .. } = member.state {
+                // Who is stopped does not see the end.
+                self.host.link.tell(&Event::Continue(member.id));
+            }
+        }
+        self.remains.clear();
+    }
+
+    /// Whether robot `index` exists and takes part.
+    pub(crate) fn is_present(&self, index: usize) -> bool {
+        self.members.get(index).is_some_and(|member| member.state == AgentState::Present)
+    }
+
+    /// The life of robot `index` that has joined, if one has and is not over.
+    pub(crate) fn life(&self, index: usize) -> Option<RobotId> {
+        let member = &self.members[index];
+        let joined = matches!(member.state, AgentState::Present | AgentState::Paused { joined: true });
+        joined.then_some(member.id)
+    }
+
+    pub(crate) fn left_out(&self) -> Vec<u32> {
+        let out = (0..).zip(&self.members).filter(|(_, member)| member.state == AgentState::Out);
+        out.map(|(index, _)| index).collect()
+    }
+
+    pub(crate) fn robot_statuses(&self) -> Vec<RobotStatus> {
+        let recorder = self.recorder.as_ref();
+        let status = |(index, member): (usize, &Member)| RobotStatus {
+            id: member.id,
+            pid: member.process.map(|process| process.pid()),
+            participation: member.state.into(),
+            refused: member.refused,
+            missed_deadlines: recorder.map(|recorder| recorder.missed_deadlines(index)),
+        };
+        self.members.iter().enumerate().map(status).collect()
+    }
+
+    pub(crate) fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
+        incidents.append(&mut self.incidents);
+    }
+
+    /// The hang policy.
+    fn apply_hang_policy(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+        let id = self.members[index].id;
+        let (by_hand, next) = (self.is_by_hand(index), id.reborn());
+        let consequence = match self.processes.on_hang {
+            OnHang::Fail => return Err(SquadError(what)),
+            OnHang::Exclude => "it is left out from here on".into(),
+            OnHang::Restart if by_hand => {
+                format!("its next life is started by hand: {}", self.host.run.name().agent_command(next))
+            }
+            OnHang::Restart => "it is restarted".into(),
+        };
+        let what = format!("{what}; {consequence}");
+        tracing::warn!("{what}");
+        // What happens before the first tick belongs to tick 0.
+        let tick = if tick == BOOT_TICK { 0 } else { tick };
+        self.incidents.push(Incident { robot: id.index, tick, what });
+        self.end(index);
+        self.members[index].state = match self.processes.on_hang {
+            OnHang::Restart => self.begin(index, next)?,
+            OnHang::Exclude | OnHang::Fail => AgentState::Out,
+        };
+        Ok(())
+    }
+
+    /// Ends the present life of robot `index`, if it has not ended yet.
+    fn end(&mut self, index: usize) {
+        let by_hand = self.is_by_hand(index);
+        let member = &mut self.members[index];
+        let (id, process) = (member.id, member.process.take());
+        let Some(ports) = member.ports.take() else { return };
+        self.host.link.tell(&Event::End(id));
+        match by_hand {
+            // Nobody ends its process for us: it leaves when it sees that its life is over, or is dead already.
+            true => {
+                if let Err(error) = self.host.run.end_life(id) {
+                    tracing::warn!("{id} cannot be told that it is left out: {error}");
+                }
+                remove_dead_files(&self.host.run, vec![ports]);
+            }
+            false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
+        }
+    }
+
+    /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
+    fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
+        self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
+        let refused = self.members[index].refused;
+        self.members[index] = Member { refused, ..Member::hosted(&self.session, self.plane, id)? };
+        if !self.is_by_hand(index) {
+            self.host.link.tell(&Event::Start(id));
+        }
+        Ok(self.members[index].state)
+    }
+
+    /// Removes what ended lives have left whose processes have died: those of `lost`, or so the
+    /// operating system says.
+    fn remove_remains(&mut self, lost: &[Lost]) {
+        let is_dead = |process: Process| process.state() == State::Dead;
+        let is_over = |remains: &mut Remains| {
+            lost.iter().any(|lost| lost.id == remains.id)
+                || remains.process.is_some_and(is_dead)
+                || remains.since.elapsed() > DYING
+        };
+        let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
+        remove_dead_files(&self.host.run, over);
+    }
+
+    /// How long robot `index` is waited for; `None` for without limit.
+    fn join_timeout(&self, index: usize) -> Option<Duration> {
+        match self.is_by_hand(index) {
+            // To be started anew is what it waits for.
+            true if self.processes.on_hang == OnHang::Restart => None,
+            by_hand => self.processes.join_timeout(by_hand),
+        }
+    }
+
+    fn is_by_hand(&self, index: usize) -> bool {
+        self.host.is_by_hand(index as u32)
+    }
+
+    /// Tells which robots wait to be started by hand: in the run's folder as soon as that changes, and to whoever
+    /// reads the log then and now and then.
+    fn call_by_hand(&mut self) {
+        if self.by_hand.is_empty() {
+            return;
+        }
+        let Self { members, host, by_hand, called, .. } = &mut *self;
+        if !driven_by_hand(members, host).eq(by_hand.iter().copied()) {
+            let known = mem::take(by_hand);
+            by_hand.extend(driven_by_hand(members, host));
+            // Who is fewer than before need not be called again.
+            if by_hand.iter().any(|robot| robot.is_awaited && !known.contains(robot)) {
+                *called = None;
+            }
+            if let Err(error) = host.run.tell_by_hand(by_hand) {
+                tracing::warn!("agents started by hand cannot be told what they may join: {error}");
+            }
+        }
+        if called.is_some_and(|called| called.elapsed() < CALL_EVERY) {
+            return;
+        }
+        *called = Some(Moment::now());
+        let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited).map(|robot| robot.id);
+        let Some(set) = RobotSet::of(awaited.clone().map(|id| id.index)) else { return };
+        let Some(first) = awaited.clone().next() else { return };
+        let (run, count) = (self.host.run.name(), awaited.count());
+        let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
+        let within = self.join_timeout(first.index as usize);
+        let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
+        let command = run.agent_command(first);
+        // A warning, because without a hand the run stands, with --quiet too.
+        tracing::warn!("run `{run}` waits for {robots} {set} to be started by hand{within}{each}: {command}");
+    }
+}
+
+impl HostConfig {
+    /// Whether robot `index` is started by hand: without a supervisor everybody is.
+    fn is_by_hand(&self, index: u32) -> bool {
+        !self.link.is_supervised() || self.by_hand.as_ref().is_some_and(|robots| robots.contains(index))
+    }
+}
+
+/// The robots that are driven by hand, and whether they wait to be.
+fn driven_by_hand<'a>(members: &'a [Member], host: &'a HostConfig) -> impl Iterator<Item = ByHand> + 'a {
+    let theirs = members.iter().filter(|member| host.is_by_hand(member.id.index));
+    theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
+}
+
+/// Writes what every agent of the run is told.
+fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
+    let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
+    fs::write(run.setup_path(), codec::encode(&setup))
+        .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
+}
+
+impl From<AgentState> for Participation {
+    fn from(state: AgentState) -> Self {
+        match state {
+            AgentState::Expected { .. } => Self::Expected,
+            AgentState::Present => Self::Present,
+            AgentState::Paused { .. } => Self::Paused,
+            AgentState::Down => Self::Down,
+            AgentState::Out => Self::Out,
+        }
+    }
+}
+
+impl AgentState {
+    /// From now on.
+    fn expected() -> Self {
+        Self::Expected { since: Moment::now() }
+    }
+}
+
+impl Member {
+    /// A robot whose agent may come.
+    fn hosted(session: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
+        let ports = Some(session.host(id, plane).map_err(SquadError::new)?);
+        Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
+    }
+
+    fn is_expected(&self) -> bool {
+        matches!(self.state, AgentState::Expected { .. })
+    }
+
+    /// Counts a refusal; shows the first.
+    fn refuse(&mut self, why: impl fmt::Display) {
+        self.refused += 1;
+        if self.refused == 1 {
+            tracing::warn!("a command of {} is refused: {why} (more are counted, not shown)", self.named());
+        }
+    }
+
+    fn named(&self) -> String {
+        match self.process {
+            Some(process) => format!("{} (pid {})", self.id, process.pid()),
+            None => self.id.to_string(),
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! The loop that every engine shares.
+
+use std::{
+    cell::OnceCell,
+    time::{Duration, Instant},
+};
+
+use arena::{Arena, metrics::EstimatedErrors, placement::PlacementError};
+use hdrhistogram::Histogram;
+use protocol::{command::Command, setup::Mode};
+use scenario::Scenario;
+use squad::{
+    Incident, RobotStatus, Squad, SquadError,
+    moment::{Moment, Standstills},
+    stop::StopFlag,
+};
+
+use crate::{
+    cores::Cores,
+    observer::{Observer, Observers, RunInfo, TickStamps, TickView},
+    pace::{Lag, Overload, Pace},
+    summary::{Delivered, Ending, Fault, Recovered, Summary, TickTimes},
+};
+
+/// How the run is to be carried out.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Name of the engine, for the summary.
+    pub engine: &'static str,
+    /// How time passes.
+    pub mode: Mode,
+    /// Cap on virtual over real time.
+    pub speed: Option<f64>,
+    /// Behavior if real time cannot be kept.
+    pub overload: Overload,
+    /// Whether the arena may use all cores: it is the only one at work.
+    pub shares: bool,
+}
+
+impl Plan {
+    /// As fast as it can in this process, by all its cores.
+    pub const IN_PROCESS: Self = Self {
+        engine: "in-process",
+        mode: Mode::Lockstep,
+        speed: None,
+        overload: Overload::Report,
+        shares: true,
+    };
+}
+
+/// Runs `scenario` in this process to its end, as fast as it can, by `squad`: an [`InProcess`](crate::InProcess) one,
+/// or a [`Composite`](squad::Composite) where robots have different controllers.
+///
+/// # Errors
+/// If the arena has no room for the robots. A run that fails later says so in its summary.
+pub fn run(
+    scenario: &Scenario,
+    squad: &mut dyn Squad,
+    observers: &mut [&mut dyn Observer],
+) -> Result<Summary, PlacementError> {
+    let mut arena = Arena::new(scenario)?;
+    Ok(play(scenario, &mut arena, squad, Plan::IN_PROCESS, observers, &StopFlag::default()))
+}
+
+/// Runs `scenario`, whose start `arena` is, to its end, and tells `observers`. A squad that fails or an observer that
+/// objects ends the run, and the summary says so; it also says which observers have failed.
+pub fn play(
+    scenario: &Scenario,
+    arena: &mut Arena,
+    squad: &mut dyn Squad,
+    plan: Plan,
+    observers: &mut [&mut dyn Observer],
+    stop: &StopFlag,
+) -> Summary {
+    let robots = arena.poses().len();
+    let mut run = Run {
+        scenario,
+        arena,
+        squad,
+        plan,
+        answers: vec![None; robots],
+        observers: Observers::new(observers),
+        stop,
+        stamps: None,
+        incidents: Vec::new(),
+        told: 0,
+        converged_at_s: None,
+        cores: if plan.shares { Cores::for_robots(scenario.robot_count()) } else { Cores::One },
+        lag: None,
+        // Three digits from a nanosecond to an hour.
+        tick_ns: Histogram::new_with_bounds(1, 3_600_000_000_000, 3).expect("the bounds are valid"),
+    };
+    let began = Instant::now();
+    let joined = run.join_all();
+    let start_up = began.elapsed();
+    let started = Instant::now();
+    let course = joined.and_then(|()| run.follow());
+    let wall = started.elapsed();
+    let (ended, failure) = match course {
+        Ok(ending) => (ending, None),
+        Err(Interruption(why)) => (Ending::Failed, Some(why)),
+    };
+    run.finish(ended, failure, start_up, wall)
+}
+
+struct Run<'a, 'o> {
+    scenario: &'a Scenario,
+    arena: &'a mut Arena,
+    squad: &'a mut dyn Squad,
+    plan: Plan,
+    answers: Vec<Option<Command>>,
+    observers: Observers<'a, 'o>,
+    stop: &'a StopFlag,
+    /// Moments of the present tick, if agents are measured.
+    stamps: Option<TickStamps>,
+    /// What has gone wrong so far, and how much of it observers know.
+    incidents: Vec<Incident>,
+    told: usize,
+    converged_at_s: Option<f64>,
+    cores: Cores,
+    /// In real time, how it went with the wall clock.
+    lag: Option<Lag>,
+    tick_ns: Histogram<u64>,
+}
+
+/// Longest nap, so that a wish to stop is heard.
+const NAP: Duration = Duration::from_millis(100);
+/// Time between two warnings that the machine does not keep up.
+const LATE_AGAIN: Duration = Duration::from_secs(5);
+
+/// Reason why a run is cut short.
+struct Interruption(String);
+
+impl From<SquadError> for Interruption {
+    fn from(error: SquadError) -> Self {
+        Self(error.0)
+    }
+}
+
+impl Run<'_, '_> {
+    fn join_all(&mut self) -> Result<(), Interruption> {
+        let Self { squad, answers, observers, stop, .. } = self;
+        squad.join_all(answers, stop, &mut |waiting| {
+            observers.each(|observer| observer.waiting(waiting.as_ref()));
+        })?;
+        let info = RunInfo { scenario: self.scenario, engine: self.plan.engine, mode: self.plan.mode };
+        self.observers.try_each(|observer| observer.started(&info));
+        Ok(())
+    }
+
+    fn follow(&mut self) -> Result<Ending, Interruption> {
+        let Plan { mode, speed, overload, .. } = self.plan;
+        let factor = speed.or((mode == Mode::Realtime).then_some(1.0));
+        let mut pace = Pace::new(factor, overload, Moment::now());
+        let mut stood = Standstills::begin();
+        let mut told = None;
+        while !self.stop.is_raised() {
+            let took = self.tick()?;
+            let ending = self.look(took)?;
+            if let Some(ending) = ending {
+                return Ok(ending);
+            }
+            if let Some(time) = stood.news() {
+                pace.stood_still(time);
+                if mode == Mode::Realtime {
+                    let seconds = time.as_secs_f64();
+                    tracing::warn!("the run stood still for {seconds:.1} s, which are lost");
+                }
+            }
+            let Some(next) = pace.next(self.scenario.step_s.get(), Moment::now()) else { continue };
+            self.lag = (mode == Mode::Realtime).then(|| pace.lag());
+            if let Some(late) = next.late.filter(|_| mode == Mode::Realtime) {
+                self.say_late(&pace, late, &mut told)?;
+            }
+            self.wait(next.due)?;
+        }
+        Ok(Ending::Interrupted)
+    }
+
+    /// One tick. Returns how long it took.
+    fn tick(&mut self) -> Result<Duration, Interruption> {
+        let began = Instant::now();
+        let Self { arena, squad, answers, observers, .. } = self;
+        let tick = arena.next_tick();
+        self.stamps = squad.now_ns().map(|began_ns| TickStamps { began_ns, ..TickStamps::default() });
+        let mut stamp = |squad: &dyn Squad, note: fn(&mut TickStamps) -> &mut Option<u64>| {
+            if let Some(stamps) = &mut self.stamps {
+                *note(stamps) = squad.now_ns();
+            }
+        };
+        let process_faults = arena.process_faults(&squad.left_out());
+        observers.each(|observer| observer.tick_begins(tick, &process_faults));
+        let waiting = &mut |waiting: Option<squad::Waiting>| {
+            observers.each(|observer| observer.waiting(waiting.as_ref()));
+        };
+        squad.apply_process_faults(tick, &process_faults, answers, waiting)?;
+        if let Some(percepts) = arena.tick_by(&self.cores, answers) {
+            stamp(*squad, |stamps| &mut stamps.ready_ns);
+            squad.send(percepts)?;
+            stamp(*squad, |stamps| &mut stamps.sent_ns);
+            squad.collect(answers, waiting)?;
+            stamp(*squad, |stamps| &mut stamps.answered_ns);
+        }
+        let took = began.elapsed();
+        self.tick_ns.saturating_record(took.as_nanos() as u64);
+        Ok(took)
+    }
+
+    /// Tells the observers of the tick that has passed. Returns how the run ends, if it ends with it.
+    fn look(&mut self, took: Duration) -> Result<Option<Ending>, Interruption> {
+        let errors = EstimatedErrors::of(&self.answers);
+        let ending = self.ending(&errors);
+        self.pass_on();
+        let view = view(self.scenario, self.arena, self.squad, &self.answers, self.stamps, errors);
+        let view = TickView { took, is_last: ending.is_some(), ..view };
+        self.observers.try_each(|observer| observer.ticked(&view));
+        match self.observers.objection() {
+            Some(what) => Err(Interruption(what)),
+            None => Ok(ending),
+        }
+    }
+
+    /// Tells observers of incidents and cycles that have become known.
+    fn pass_on(&mut self) {
+        let mut cycles = Vec::new();
+        self.squad.take_incidents(&mut self.incidents);
+        self.squad.take_cycles(&mut cycles);
+        self.observers.pass_on(&self.incidents[self.told..], &cycles);
+        self.told = self.incidents.len();
+        if let Some(stamps) = &mut self.stamps {
+            stamps.ended_ns = self.squad.now_ns().unwrap_or(stamps.ended_ns);
+        }
+    }
+
+    /// The machine does not keep up: says so, again after a while, or gives up.
+    fn say_late(&self, pace: &Pace, late: Duration, told: &mut Option<Instant>) -> Result<(), Interruption> {
+        let (tick, seconds) = (self.arena.next_tick(), late.as_secs_f64());
+        let what = format!("this machine does not keep up: tick {tick} is {seconds:.3} s late");
+        if pace.overload() == Overload::Fail {
+            let hint = "take fewer robots or a longer step, or --overload report";
+            return Err(Interruption(format!("{what} ({hint})")));
+        }
+        if told.is_none_or(|told| told.elapsed() > LATE_AGAIN) {
+            *told = Some(Instant::now());
+            let Lag { late_ticks, ticks, lost_s, .. } = pace.lag();
+            tracing::warn!("{what} ({late_ticks} of {ticks} ticks so far, {lost_s:.1} s lost for good)");
+        }
+        Ok(())
+    }
+
+    /// Waits until `due`, or for the wish to stop.
+    fn wait(&mut self, due: Moment) -> Result<(), Interruption> {
+        let Self { squad, observers, stop, .. } = self;
+        while !stop.is_raised() {
+            let left = due.since(Moment::now());
+            if left.is_zero() {
+                break;
+            }
+            squad.poll_until(Instant::now() + left.min(NAP), &mut |waiting| {
+                observers.each(|observer| observer.waiting(waiting.as_ref()));
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Notes convergence; says how the run ends if it ends with this tick.
+    fn ending(&mut self, errors: &EstimatedErrors) -> Option<Ending> {
+        if self.converged_at_s.is_none() && self.is_converged(errors) {
+            self.converged_at_s = Some(self.arena.time_s());
+        }
+        match self.converged_at_s {
+            Some(_) if self.scenario.convergence.stop => Some(Ending::Converged),
+            _ if self.arena.current_tick() == self.scenario.ticks() => Some(Ending::Finished),
+            _ => None,
+        }
+    }
+
+    /// Whether the mean ‖ê‖ is below the tolerance, and is that of every robot that takes part. In real time some may
+    /// be silent: of them nothing is known.
+    fn is_converged(&self, errors: &EstimatedErrors) -> bool {
+        let is_close = |mean_m| mean_m < self.scenario.convergence.tolerance_m.get();
+        let takes_part = |robot: &&RobotStatus| robot.is_alive() && !robot.is_paused();
+        errors.are_of_everyone()
+            && errors.mean_m.is_some_and(is_close)
+            && self.squad.robot_statuses().iter().filter(takes_part).count()
+                == self.answers.iter().flatten().count()
+    }
+
+    /// Dismisses the agents and has the summary completed by those who know something.
+    fn finish(
+        mut self,
+        ended: Ending,
+        failure: Option<String>,
+        start_up: Duration,
+        wall: Duration,
+    ) -> Summary {
+        self.pass_on();
+        self.squad.dismiss();
+        self.pass_on();
+        let mut summary = self.summary(ended, failure, start_up, wall);
+        let Self { scenario, arena, squad, answers, stamps, mut observers, .. } = self;
+        let view = TickView {
+            is_last: true,
+            metrics: OnceCell::from(summary.end.clone()),
+            ..view(scenario, arena, squad, &answers, stamps, EstimatedErrors::of(&answers))
+        };
+        observers.try_each(|observer| observer.summarize(&view, &mut summary));
+        summary.unwritten.extend(observers.failures());
+        observers.try_each(|observer| observer.finished(&view, &summary));
+        summary.unwritten.extend(observers.failures());
+        summary
+    }
+
+    fn summary(&self, ended: Ending, failure: Option<String>, start_up: Duration, wall: Duration) -> Summary {
+        let (virtual_time_s, wall_time_s) = (self.arena.time_s(), wall.as_secs_f64());
+        Summary {
+            scenario: self.scenario.name.clone(),
+            seed: self.scenario.seed.get(),
+            robots: self.scenario.robot_count(),
+            engine: self.plan.engine.into(),
+            mode: self.plan.mode,
+            ended,
+            failure,
+            ticks: self.arena.current_tick(),
+            virtual_time_s,
+            wall_time_s,
+            start_up_s: start_up.as_secs_f64(),
+            real_time_factor: (wall_time_s > 0.0).then(|| virtual_time_s / wall_time_s),
+            digest: self.arena.digest(),
+            converged_at_s: self.converged_at_s,
+            end: self.arena.metrics(&self.answers),
+            contacts_unsolved: self.arena.contacts_unsolved(),
+            contacts_coarse: self.arena.contacts_coarse(),
+            commands_refused: self.squad.robot_statuses().iter().map(|robot| robot.refused).sum(),
+            delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
+            faults: self
+                .arena
+                .ledger()
+                .map(|line| Fault { line: line.clone(), recovered: Recovered::default() })
+                .collect(),
+            incidents: self.incidents.clone(),
+            tick_us: TickTimes::of(&self.tick_ns),
+            lag: self.lag,
+            agents: None,
+            unwritten: Vec::new(),
+        }
+    }
+}
+
+/// One tick as observers see it.
+fn view<'a>(
+    scenario: &'a Scenario,
+    arena: &'a Arena,
+    squad: &'a dyn Squad,
+    answers: &'a [Option<Command>],
+    stamps: Option<TickStamps>,
+    errors: EstimatedErrors,
+) -> TickView<'a> {
+    let (took, is_last, metrics) = (Duration::ZERO, false, OnceCell::new());
+    TickView { scenario, arena, squad, answers, errors, took, stamps, is_last, metrics }
+}
