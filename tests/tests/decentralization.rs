@@ -41,7 +41,7 @@ fn assert_knows_nothing_of(package: &str, foreign: &[&str]) {
 fn a_robot_links_nothing_of_the_arena() {
     let linked = linked_by("robot-agent");
     assert!(linked.contains("coverage") && linked.contains("protocol"), "{linked:?}");
-    assert_knows_nothing_of("robot-agent", &["arena", "arena-daemon", "scenario", "lamplight", "spade"]);
+    assert_knows_nothing_of("robot-agent", &["arena", "engine", "arena-daemon", "scenario", "lamplight", "spade"]);
 }
 
 #[test]
@@ -57,6 +57,24 @@ fn a_robots_mind_links_no_transport_and_no_generator_of_random_numbers() {
 #[test]
 fn the_arena_links_no_transport_no_log_and_no_threads() {
     assert_knows_nothing_of("arena", &["transport", "iceoryx2", "rustix", "tokio", "tracing", "rayon"]);
+}
+
+#[test]
+fn the_loop_of_a_run_knows_no_process_no_file_and_no_terminal() {
+    assert_knows_nothing_of(
+        "engine",
+        &["agents", "transport", "iceoryx2", "processes", "files", "logging", "rustix", "nix", "signal-hook", "clap"],
+    );
+}
+
+#[test]
+fn what_runs_processes_knows_no_arena() {
+    assert_knows_nothing_of("agents", &["arena", "engine", "observe", "coverage", "spade"]);
+}
+
+#[test]
+fn observers_know_no_squad_of_processes() {
+    assert_knows_nothing_of("observe", &["agents", "transport", "iceoryx2", "processes"]);
 }
 
 #[test]
