@@ -8,7 +8,7 @@ use arena::{
     recovery::{Recovered, Recovery},
 };
 use hdrhistogram::Histogram;
-use protocol::{command::Command, setup::Mode};
+use protocol::{command::Answer, setup::Mode};
 use scenario::Scenario;
 
 use crate::{
@@ -42,10 +42,10 @@ pub struct Plan {
 }
 
 /// Looks at the arena and the answers to its percepts after each tick. What it objects to ends the run.
-pub type Observer<'a> = dyn FnMut(&Arena, &[Option<Command>]) -> Result<(), String> + 'a;
+pub type Observer<'a> = dyn FnMut(&Arena, &[Option<Answer>]) -> Result<(), String> + 'a;
 
 /// The observer who objects to nothing.
-pub fn no_observer(_: &Arena, _: &[Option<Command>]) -> Result<(), String> {
+pub fn no_observer(_: &Arena, _: &[Option<Answer>]) -> Result<(), String> {
     Ok(())
 }
 

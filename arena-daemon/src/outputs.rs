@@ -17,7 +17,7 @@ use std::{
 use anyhow::{Context, bail};
 use arena::{Arena, metrics::Metrics};
 use files::{Lines, Reserve, WriteError};
-use protocol::command::Command;
+use protocol::command::Answer;
 use scenario::Scenario;
 use serde::Serialize;
 
@@ -138,7 +138,7 @@ impl Outputs {
 
     /// One more row of `poses.csv` for every robot, if the scenario asks for it. Who has not answered is not
     /// alive, unless the plan has paused it.
-    pub fn poses(&mut self, status: &Status, arena: &Arena, answers: &[Option<Command>]) {
+    pub fn poses(&mut self, status: &Status, arena: &Arena, answers: &[Option<Answer>]) {
         let Some(kept) = &mut self.kept else { return };
         let Some(rows) = &mut kept.poses else { return };
         let added = rows.add((0..).zip(arena.poses()).zip(answers).map(|((robot, pose), answer)| PoseRow {
@@ -161,7 +161,7 @@ impl Outputs {
         summary: &mut Summary,
         arena: &Arena,
         robot_statuses: &[RobotStatus],
-        answers: &[Option<Command>],
+        answers: &[Option<Answer>],
         profile: Option<&Profile>,
     ) {
         let Some(Kept { folder, unwritten, reserve, .. }) = self.kept else { return };

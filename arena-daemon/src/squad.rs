@@ -12,7 +12,7 @@ use std::{sync::Arc, thread, time::Instant};
 
 use arena::fault::ProcessFault;
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// One entry per robot: its command, or `None` while its agent is silent.
-pub type Answers = Vec<Option<Command>>;
+pub type Answers = Vec<Option<Answer>>;
 
 /// The agents of a run, wherever they are.
 pub trait Squad {

@@ -8,7 +8,7 @@ use arena::{
     Arena,
     metrics::{EstimatedErrors, Metrics},
 };
-use protocol::{command::Command, setup::Mode};
+use protocol::{command::Answer, setup::Mode};
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +149,7 @@ impl Watch {
         }
     }
 
-    fn look(&mut self, arena: &Arena, answers: &[Option<Command>]) {
+    fn look(&mut self, arena: &Arena, answers: &[Option<Answer>]) {
         let errors = EstimatedErrors::of(answers);
         let EstimatedErrors { mean_m, max_m, .. } = errors;
         let time_s = arena.time_s();

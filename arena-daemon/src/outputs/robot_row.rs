@@ -1,7 +1,7 @@
 //! One row of `robots.csv`. `csv` writes no flattened structures, so all columns are spelled out.
 
 use arena::frame::Pose;
-use protocol::command::Command;
+use protocol::command::Answer;
 use serde::Serialize;
 
 use crate::{profile::Columns, squad::RobotStatus};
@@ -48,7 +48,7 @@ pub(super) struct RobotRow {
 impl RobotRow {
     pub(super) fn new(
         standing: &RobotStatus,
-        answer: Option<&Command>,
+        answer: Option<&Answer>,
         pose: &Pose,
         heard: u64,
         columns: &Columns,
@@ -61,7 +61,7 @@ impl RobotRow {
             x_m: pose.position.x,
             y_m: pose.position.y,
             heading_rad: pose.heading,
-            error_m: answer.and_then(|command| Some(command.estimated_error?.length())),
+            error_m: answer.and_then(|answer| Some(answer.command.estimated_error?.length())),
             packets_heard: heard,
             commands_refused: standing.refused,
             pid: standing.pid,

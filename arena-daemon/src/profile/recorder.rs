@@ -11,7 +11,7 @@ use std::{
 };
 
 use protocol::{
-    command::Command,
+    packet::Packet,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -190,7 +190,7 @@ impl Recorder {
     }
 
     /// The arena takes in `command` of robot `index` in answer to `tick`, with what its agent says about it.
-    pub fn note(&mut self, index: usize, tick: Tick, command: &Command, times: &RawTimes) {
+    pub fn note(&mut self, index: usize, tick: Tick, packet: &Packet, times: &RawTimes) {
         let Some(Began { rate, .. }) = self.began else { return };
         let now = self.clock.now();
         // A first word ends no cycle; some agents measure nothing.
@@ -213,8 +213,8 @@ impl Recorder {
             self.journal.note(index, round, Answer::broken(tick));
             return;
         };
-        self.origins.note(&command.packet, narrow(rate.ns(first)));
-        self.tracer.with(|recording| recording.answered(index, tick, &command.packet));
+        self.origins.note(packet, narrow(rate.ns(first)));
+        self.tracer.with(|recording| recording.answered(index, tick, packet));
         let second_ns = narrow(rate.ns(second));
         if let Some(recent) = &mut self.recent {
             let ns = |counts: u32| narrow(rate.ns(counts.into()));

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
-    command::Command,
-    controller::Controller,
+    command::Answer,
+    controller::{Controller, Hosted},
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -30,7 +30,7 @@ pub struct InProcess<C, N> {
 struct Life<C> {
     id: RobotId,
     /// `None` once it has been killed.
-    controller: Option<C>,
+    controller: Option<Hosted<C>>,
     /// It does nothing and keeps its memory.
     paused: bool,
 }
@@ -51,18 +51,18 @@ impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
 
 impl<C: Controller> Life<C> {
     fn new(id: RobotId, controller: C) -> Self {
-        Self { id, controller: Some(controller), paused: false }
+        Self { id, controller: Some(Hosted::new(id, controller)), paused: false }
     }
 
-    fn boot(&mut self) -> Option<Command> {
-        self.awake().map(Controller::boot)
+    fn boot(&mut self) -> Option<Answer> {
+        self.awake().map(Hosted::boot)
     }
 
-    fn step(&mut self, percept: &Percept) -> Option<Command> {
+    fn step(&mut self, percept: &Percept) -> Option<Answer> {
         self.awake().map(|controller| controller.step(percept, &mut ()))
     }
 
-    fn awake(&mut self) -> Option<&mut C> {
+    fn awake(&mut self) -> Option<&mut Hosted<C>> {
         self.controller.as_mut().filter(|_| !self.paused)
     }
 }
@@ -169,7 +169,7 @@ mod tests {
     }
 
     fn sequence(answers: &Answers, robot: usize) -> Option<u32> {
-        answers[robot].map(|command| command.packet.sequence)
+        answers[robot].map(|answer| answer.sequence)
     }
 
     #[test]
@@ -186,7 +186,7 @@ mod tests {
         }
         apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Restart);
         let born = RobotId { index: 1, incarnation: 1 };
-        assert_eq!(answers[1].unwrap().packet.sender, born);
+        assert_eq!(answers[1].unwrap().sender, born);
         assert_eq!((squad.robot_statuses()[1].id, squad.robot_statuses()[1].alive), (born, true));
     }
 

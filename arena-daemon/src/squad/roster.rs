@@ -11,7 +11,7 @@ use std::{
 
 use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
@@ -23,7 +23,7 @@ use transport::{
     doorbell::Doorbell,
     frame_cache::Frames,
     pid_namespace,
-    raw::{BOOT_TICK, CommandError},
+    raw::{BOOT_TICK, CommandError, SHORT_PAYLOAD_BYTES},
     run_dir::{ByHand, RunDir},
     services::{ArenaPorts, Session, remove_dead_files},
     shared_memory::explained,
@@ -80,7 +80,7 @@ pub(super) enum Heard {
     /// Nothing of use.
     Nothing,
     /// A command, and the tick it answers.
-    Command(Tick, Command),
+    Command(Tick, Answer),
     /// An answer that cannot be carried out: the robot stands still and is silent.
     Refused,
 }
@@ -401,15 +401,15 @@ impl Roster {
             let Some(raw) = ports.receive()? else { break };
             let in_time = awaited.contains(&raw.tick);
             let expected = if in_time { raw.tick } else { *awaited.end() };
-            match (raw.check(member.id, expected), heard) {
+            match (ports.check(&raw, member.id, expected, &mut self.frames), heard) {
                 (Ok(_), Heard::Command(newest, _)) if raw.tick <= newest => {
                     refusals.push(format!("it has answered tick {newest} already"));
                 }
-                (Ok(command), _) => {
+                (Ok(answer), _) => {
                     member.process = member.process.or_else(|| Process::find(raw.pid));
-                    heard = Heard::Command(raw.tick, command);
+                    heard = Heard::Command(raw.tick, answer);
                     if let Some(recorder) = &mut self.recorder {
-                        recorder.note(index, raw.tick, &command, &raw.times);
+                        recorder.note(index, raw.tick, &answer.header(), &raw.times);
                     }
                 }
                 (Err(error), before) => {
@@ -646,7 +646,7 @@ impl AgentState {
 impl Member {
     /// A robot whose agent may come.
     fn hosted(session: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
-        let ports = Some(session.host(id, plane)?);
+        let ports = Some(session.host(id, plane, SHORT_PAYLOAD_BYTES)?);
         Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
     }
 

@@ -45,7 +45,7 @@ pub(super) struct Arrow {
 
 impl Number {
     fn of(packet: &Packet) -> Self {
-        Self { incarnation: packet.sender.incarnation, sequence: packet.sequence }
+        Self { incarnation: packet.sender().incarnation, sequence: packet.sequence() }
     }
 }
 
@@ -72,7 +72,7 @@ impl Correspondence {
             _ => Vec::new(),
         };
         heard.clear();
-        heard.extend(packets.map(|packet| (packet.sender.index, Number::of(packet))));
+        heard.extend(packets.map(|packet| (packet.sender().index, Number::of(packet))));
         self.heard.push_back((tick, heard));
     }
 
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     fn packet(index: u32, incarnation: u16, sequence: u32) -> Packet {
-        Packet { sender: RobotId { index, incarnation }, sequence, light: 0.0 }
+        Packet::short(RobotId { index, incarnation }, sequence, None)
     }
 
     #[test]

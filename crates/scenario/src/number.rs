@@ -195,10 +195,10 @@ count!(
     " diodes"
 );
 count!(
-    /// How many bits of a packet are flipped: at most all of them.
+    /// How many bits of a packet are flipped: at most all of one with a light reading.
     FlipCount: u32,
     1,
-    8 * protocol::packet::LOCALIZATION_BYTES as u32,
+    8 * protocol::packet::frame_bytes(4) as u32,
     " bits"
 );
 count!(

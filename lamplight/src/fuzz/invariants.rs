@@ -3,7 +3,7 @@
 use arena::{Arena, metrics::Partition};
 use arena_daemon::summary::{Ending, Summary};
 use coverage::{moments::Moments, polygon::Polygon};
-use protocol::command::Command;
+use protocol::command::Answer;
 use scenario::Scenario;
 
 /// How far rounding may put a body into a wall, meters.
@@ -30,7 +30,7 @@ impl Watcher {
     }
 
     /// Is everybody inside, and is every robot that takes part responsible for some ground?
-    pub(crate) fn look(&self, arena: &Arena, answers: &[Option<Command>]) -> Result<(), String> {
+    pub(crate) fn look(&self, arena: &Arena, answers: &[Option<Answer>]) -> Result<(), String> {
         let tick = arena.current_tick();
         let inside = |along: f64, side: f64| {
             (self.radius_m - SLACK_M..=side - self.radius_m + SLACK_M).contains(&along)
@@ -55,7 +55,7 @@ impl Watcher {
     }
 
     /// The first robot with an empty cell is the error.
-    fn cells(&self, arena: &Arena, answers: &[Option<Command>]) -> Result<(), usize> {
+    fn cells(&self, arena: &Arena, answers: &[Option<Answer>]) -> Result<(), usize> {
         let alive: Vec<usize> = (0..answers.len()).filter(|&robot| answers[robot].is_some()).collect();
         let sites = alive.iter().map(|&robot| arena.poses()[robot].position).collect();
         let partition = Partition::new(sites, self.size_m);
