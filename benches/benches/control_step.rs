@@ -70,7 +70,7 @@ fn percept(tick: u64, neighbors: u32) -> Percept {
     let mut percept = Percept::empty(tick);
     percept.light = Light { value: 300.0, stimulus: Stimulus::Gradient(BodyVector::new(400.0, -250.0)) };
     percept.deliveries.extend((1..=neighbors).map(|index| Delivery {
-        packet: Packet { sender: RobotId::first(index), sequence: tick as u32, light: 250.0 },
+        packet: Packet::short(RobotId::first(index), tick as u32, Some(250.0_f32.to_le_bytes())),
         range: meters(0.4 + 0.05 * f64::from(index * 3 % 5)),
         bearing: radians(TAU * f64::from(index) / f64::from(neighbors)),
         orientation: radians(0.5),

@@ -12,7 +12,7 @@ use std::{hint::black_box, path::Path};
 use arena::Arena;
 use coverage::CoverageController;
 use gungraun::{library_benchmark, library_benchmark_group, main};
-use protocol::{command::Command, controller::Controller, robot_id::RobotId, setup::Mode};
+use protocol::{command::Answer, controller::Hosted, robot_id::RobotId, setup::Mode};
 use scenario::Scenario;
 
 /// Ticks before those that are counted: the tables are full and memory has been touched.
@@ -23,8 +23,8 @@ const TICKS_COUNTED: usize = 20;
 /// An arena, the controllers in it, and their last answers.
 struct Swarm {
     arena: Arena,
-    controllers: Vec<CoverageController>,
-    answers: Vec<Option<Command>>,
+    controllers: Vec<Hosted<CoverageController>>,
+    answers: Vec<Option<Answer>>,
 }
 
 impl Swarm {
@@ -45,8 +45,10 @@ fn swarm_of(robots: u32) -> Box<Swarm> {
     let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &[count])
         .unwrap_or_else(|error| panic!("{error}"));
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut controllers: Vec<_> =
-        (0..robots).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
+    let mut controllers: Vec<_> = (0..robots)
+        .map(RobotId::first)
+        .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
+        .collect();
     let answers = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
     let arena = Arena::new(&scenario).expect("robots without a radius find room");
     let mut swarm = Box::new(Swarm { arena, controllers, answers });

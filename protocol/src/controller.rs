@@ -8,40 +8,35 @@
 //!     command::Command,
 //!     controller::{Controller, StageObserver},
 //!     frame::BodyVector,
-//!     packet::Transmitter,
 //!     percept::{Percept, Stimulus},
-//!     robot_id::RobotId,
 //! };
 //!
 //! /// Drives towards the light.
-//! struct Phototaxis(Transmitter);
-//!
-//! impl Phototaxis {
-//!     fn command(&mut self, velocity: BodyVector) -> Command {
-//!         Command { estimated_error: None, velocity, packet: self.0.packet(0.0) }
-//!     }
-//! }
+//! struct Phototaxis;
 //!
 //! impl Controller for Phototaxis {
 //!     fn boot(&mut self) -> Command {
-//!         self.command(BodyVector::HERE)
+//!         Command::REST
 //!     }
 //!
 //!     fn step(&mut self, percept: &Percept, _: &mut dyn StageObserver) -> Command {
-//!         let towards = match percept.light.stimulus {
+//!         let velocity = match percept.light.stimulus {
 //!             Stimulus::Gradient(gradient) => gradient.capped(0.1),
 //!             Stimulus::Bearing(bearing) => BodyVector::new(0.1, 0.0).turned(bearing.get()),
 //!             Stimulus::None => BodyVector::HERE,
 //!         };
-//!         self.command(towards)
+//!         Command { velocity, ..Command::REST }
 //!     }
 //! }
 //!
-//! let mut robot = Phototaxis(Transmitter::new(RobotId::first(3)));
-//! assert_eq!(robot.boot().packet.sequence, 0);
+//! assert_eq!(Phototaxis.step(&Percept::empty(0), &mut ()), Command::REST, "it is dark");
 //! ```
 
-use crate::{command::Command, percept::Percept};
+use crate::{
+    command::{Answer, Command, Transmitter},
+    percept::Percept,
+    robot_id::RobotId,
+};
 
 /// The controller of one robot.
 ///
@@ -58,6 +53,33 @@ pub trait Controller {
 
     /// Plays one neighbor cycle: percept in, command out. `stages` may be told where time goes; it changes nothing.
     fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command;
+}
+
+/// A controller with what its host does for it: each command becomes an answer, with a packet in the robot's name.
+#[derive(Clone, Debug)]
+pub struct Hosted<C> {
+    /// The controller.
+    pub controller: C,
+    transmitter: Transmitter,
+}
+
+impl<C: Controller> Hosted<C> {
+    /// A life of robot `id` that begins, with a controller that has not booted.
+    #[inline]
+    pub fn new(id: RobotId, controller: C) -> Self {
+        Self { controller, transmitter: Transmitter::new(id) }
+    }
+
+    /// Returns the first answer.
+    pub fn boot(&mut self) -> Answer {
+        self.transmitter.answer(self.controller.boot())
+    }
+
+    /// Plays one neighbor cycle.
+    #[inline]
+    pub fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Answer {
+        self.transmitter.answer(self.controller.step(percept, stages))
+    }
 }
 
 /// Parts of a control step, in their order. A controller without such parts passes none, and its profile shows

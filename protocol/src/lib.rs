@@ -6,6 +6,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+extern crate alloc;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
@@ -16,6 +17,7 @@ pub mod odometry;
 #[cfg(feature = "oscillator")]
 pub mod oscillator;
 pub mod packet;
+pub mod payload;
 pub mod percept;
 pub mod robot_id;
 pub mod setup;

@@ -87,7 +87,7 @@ mod tests {
 
     fn heard(range: f64, bearing: f64) -> Delivery {
         Delivery {
-            packet: Packet { sender: RobotId::first(1), sequence: 0, light: 0.0 },
+            packet: Packet::short(RobotId::first(1), 0, None),
             range: Meters::new(range).unwrap(),
             bearing: Radians::new(bearing).unwrap(),
             orientation: Radians::new(0.5).unwrap(),

@@ -7,7 +7,7 @@
 //!      2     2  incarnation of the sender, little endian
 //!      4     4  index of the sender, little endian
 //!      8     4  sequence number, little endian
-//!     12     n  payload (a light reading: 4 bytes, f32, little endian)
+//!     12     n  payload, the controller's own (the paper's: a light reading, 4 bytes, f32, little endian)
 //!   12+n     2  CRC-16/IBM-3740 over all bytes before it, little endian
 //! ```
 //!
@@ -16,64 +16,71 @@
 use arrayvec::ArrayVec;
 use crc::{CRC_16_IBM_3740, Crc, Table};
 
-use crate::robot_id::RobotId;
-
-/// Longest frame the infrared carries, in bytes. With its length, a frame fills three words of shared memory, and
-/// how many lines of cache a percept takes is most of what it costs.
-pub const PACKET_BYTES_MAX: usize = 23;
+use crate::{payload::PAYLOAD_BYTES_MAX, robot_id::RobotId};
 
 /// Kind byte of a localization packet, and with it the version of this layout.
 const LOCALIZATION: u8 = 1;
 const HEADER_BYTES: usize = 12;
-const LIGHT_BYTES: usize = 4;
 const CRC_BYTES: usize = 2;
-/// Length of the frame of a localization packet, in bytes.
-pub const LOCALIZATION_BYTES: usize = HEADER_BYTES + LIGHT_BYTES + CRC_BYTES;
-const _: () = assert!(LOCALIZATION_BYTES <= PACKET_BYTES_MAX);
+/// Longest payload that lies in a [`Packet`] itself.
+const INLINE_BYTES: usize = 4;
+/// Longest frame, in bytes.
+pub const FRAME_BYTES_MAX: usize = frame_bytes(PAYLOAD_BYTES_MAX);
 
-/// By sixteen bytes at a time, which is what a localization packet has before its checksum. A static, as a table
-/// that all agents share.
+/// Checksum by sixteen bytes at a time, which is what a packet of the paper's robots has before it. A static, as a
+/// table that all agents share.
 static CHECKSUM: Crc<u16, Table<16>> = Crc::<u16, Table<16>>::new(&CRC_16_IBM_3740);
 
 /// The bytes of one frame in the air.
-pub type Frame = ArrayVec<u8, PACKET_BYTES_MAX>;
+pub type Frame = ArrayVec<u8, FRAME_BYTES_MAX>;
 
-/// One ISIS localization message, checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Length of the frame around a payload, both in bytes.
+pub const fn frame_bytes(payload: usize) -> usize {
+    HEADER_BYTES + payload + CRC_BYTES
+}
+
+/// A packet on its way, small enough to be copied to all who hear it.
+///
+/// A payload of up to 4 bytes lies in it; a longer one in a buffer of whoever holds the packet: a percept
+/// ([`Percept::payload`](crate::percept::Percept::payload)) or the arena.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packet {
+    index: u32,
+    incarnation: u16,
+    len: u8,
+    sequence: u32,
+    /// The payload, padded with zeros, or its place beside, little endian.
+    word: [u8; INLINE_BYTES],
+}
+const _: () = assert!(size_of::<Packet>() == 16);
+
+/// Where a packet's payload is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body<'a> {
+    /// In the packet.
+    Inline(&'a [u8]),
+    /// In the buffer of whoever holds the packet.
+    Beside {
+        /// The place that the buffer gave it.
+        place: u32,
+        /// Length in bytes.
+        len: usize,
+    },
+}
+
+/// A packet in full: what a frame says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PacketView<'a> {
     /// The robot that sent it.
     pub sender: RobotId,
     /// Counts the sender's packets since its boot; wraps.
     pub sequence: u32,
-    /// The sender's own light reading in counts, finite.
-    pub light: f32,
-}
-
-/// Makes a robot's packets: each with its name and the next number, counted from 0 at its boot.
-#[derive(Clone, Debug)]
-pub struct Transmitter {
-    sender: RobotId,
-    sequence: u32,
-}
-
-impl Transmitter {
-    /// The transmitter of a robot that has just booted.
-    pub fn new(sender: RobotId) -> Self {
-        Self { sender, sequence: 0 }
-    }
-
-    /// Returns the next packet, with a light reading in counts. A reading past f32 is sent as the largest one that a
-    /// packet can carry.
-    pub fn packet(&mut self, light: f64) -> Packet {
-        let sequence = self.sequence;
-        self.sequence = self.sequence.wrapping_add(1);
-        let light = light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
-        Packet { sender: self.sender, sequence, light }
-    }
+    /// Its payload; at most [`PAYLOAD_BYTES_MAX`] bytes.
+    pub payload: &'a [u8],
 }
 
 /// Why a received frame is not an ISIS packet.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PacketError {
     /// Too short, too long, or not as long as its own length byte says.
     #[error("frame holds {actual} bytes, this packet needs {expected}")]
@@ -94,58 +101,125 @@ pub enum PacketError {
     /// A kind this version does not speak.
     #[error("packet kind is {0}, only {LOCALIZATION} (localization) is known")]
     Kind(u8),
-    /// The light reading is NaN or infinite.
-    #[error("light reading is {0}, not a finite number")]
-    Light(f32),
 }
 
 impl Packet {
-    /// The frame that carries this packet.
+    /// A packet with a payload of 4 bytes, or of none if it is `None`.
+    pub const fn short(sender: RobotId, sequence: u32, payload: Option<[u8; INLINE_BYTES]>) -> Self {
+        let (len, word) = match payload {
+            Some(word) => (INLINE_BYTES as u8, word),
+            None => (0, [0; INLINE_BYTES]),
+        };
+        Self { index: sender.index, incarnation: sender.incarnation, len, sequence, word }
+    }
+
+    /// The packet that `view` shows. If its payload is too long to lie in it, `keep` is given it and returns its place.
     #[inline]
-    pub fn encode(&self) -> Frame {
-        let mut bytes = [0; LOCALIZATION_BYTES];
+    pub fn of(view: &PacketView<'_>, keep: impl FnOnce(&[u8]) -> u32) -> Self {
+        let PacketView { sender, sequence, payload } = *view;
+        let mut word = [0; INLINE_BYTES];
+        match word.get_mut(..payload.len()) {
+            Some(word) => word.copy_from_slice(payload),
+            None => word = keep(payload).to_le_bytes(),
+        }
+        Self { len: payload.len() as u8, word, ..Self::short(sender, sequence, None) }
+    }
+
+    /// The robot that sent it.
+    #[inline]
+    pub const fn sender(&self) -> RobotId {
+        RobotId { index: self.index, incarnation: self.incarnation }
+    }
+
+    /// Counts the sender's packets since its boot; wraps.
+    #[inline]
+    pub const fn sequence(&self) -> u32 {
+        self.sequence
+    }
+
+    /// Where its payload is.
+    #[inline]
+    pub fn body(&self) -> Body<'_> {
+        match self.word.get(..usize::from(self.len)) {
+            Some(payload) => Body::Inline(payload),
+            None => Body::Beside { place: u32::from_le_bytes(self.word), len: self.len.into() },
+        }
+    }
+
+    /// The packet in full, with the payload that [`body`](Self::body) points to.
+    #[inline]
+    pub fn view<'a>(&self, payload: &'a [u8]) -> PacketView<'a> {
+        PacketView { sender: self.sender(), sequence: self.sequence, payload }
+    }
+
+    /// The same packet in the name of `sender`.
+    #[must_use]
+    pub fn from_sender(self, sender: RobotId) -> Self {
+        Self { index: sender.index, incarnation: sender.incarnation, ..self }
+    }
+}
+
+impl<'a> PacketView<'a> {
+    /// The bytes before the payload.
+    #[inline]
+    fn header(&self) -> [u8; HEADER_BYTES] {
+        let mut bytes = [0; HEADER_BYTES];
         bytes[0] = LOCALIZATION;
-        bytes[1] = LIGHT_BYTES as u8;
+        bytes[1] = self.payload.len() as u8;
         bytes[2..4].copy_from_slice(&self.sender.incarnation.to_le_bytes());
         bytes[4..8].copy_from_slice(&self.sender.index.to_le_bytes());
         bytes[8..12].copy_from_slice(&self.sequence.to_le_bytes());
-        bytes[12..16].copy_from_slice(&self.light.to_le_bytes());
-        let checksum = CHECKSUM.checksum(&bytes[..LOCALIZATION_BYTES - CRC_BYTES]);
-        bytes[LOCALIZATION_BYTES - CRC_BYTES..].copy_from_slice(&checksum.to_le_bytes());
-        bytes.into_iter().collect()
+        bytes
     }
 
-    /// Checks and reads a frame: length first, then checksum, kind and payload.
+    /// The frame that carries this packet.
     #[inline]
-    pub fn decode(frame: &[u8]) -> Result<Self, PacketError> {
-        let bytes: &[u8; LOCALIZATION_BYTES] = frame
-            .try_into()
-            .map_err(|_| PacketError::Length { expected: LOCALIZATION_BYTES, actual: frame.len() })?;
-        let received = u16::from_le_bytes([bytes[16], bytes[17]]);
-        let computed = CHECKSUM.checksum(&bytes[..LOCALIZATION_BYTES - CRC_BYTES]);
+    pub fn encode(&self) -> Frame {
+        let mut frame: Frame = self.header().into_iter().chain(self.payload.iter().copied()).collect();
+        frame.extend(checksum(&frame).to_le_bytes());
+        frame
+    }
+
+    /// Checks and reads a frame: length first, then checksum, then kind.
+    #[inline]
+    pub fn decode(frame: &'a [u8]) -> Result<Self, PacketError> {
+        let length =
+            |payload: usize| PacketError::Length { expected: frame_bytes(payload), actual: frame.len() };
+        let Some((said, received)) = frame.split_last_chunk().filter(|(said, _)| said.len() >= HEADER_BYTES)
+        else {
+            return Err(length(0));
+        };
+        let (received, computed) = (u16::from_le_bytes(*received), checksum(said));
         if received != computed {
             return Err(PacketError::Checksum { received, computed });
         }
-        if bytes[0] != LOCALIZATION {
-            return Err(PacketError::Kind(bytes[0]));
+        if said[0] != LOCALIZATION {
+            return Err(PacketError::Kind(said[0]));
         }
-        if usize::from(bytes[1]) != LIGHT_BYTES {
-            let expected = HEADER_BYTES + usize::from(bytes[1]) + CRC_BYTES;
-            return Err(PacketError::Length { expected, actual: LOCALIZATION_BYTES });
+        let payload = &said[HEADER_BYTES..];
+        if payload.len() != usize::from(said[1]) || payload.len() > PAYLOAD_BYTES_MAX {
+            return Err(length(said[1].into()));
         }
-        let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
-        let light = f32::from_le_bytes(word(12));
-        if !light.is_finite() {
-            return Err(PacketError::Light(light));
-        }
-        Ok(Self {
-            sender: RobotId {
-                index: u32::from_le_bytes(word(4)),
-                incarnation: u16::from_le_bytes([bytes[2], bytes[3]]),
-            },
-            sequence: u32::from_le_bytes(word(8)),
-            light,
-        })
+        let word = |at: usize| u32::from_le_bytes([said[at], said[at + 1], said[at + 2], said[at + 3]]);
+        let sender = RobotId { index: word(4), incarnation: u16::from_le_bytes([said[2], said[3]]) };
+        Ok(Self { sender, sequence: word(8), payload })
+    }
+
+    /// Whether `frame` is the one that carries this packet, but for its checksum.
+    #[inline]
+    pub fn is_in(&self, frame: &[u8]) -> bool {
+        frame.len() == frame_bytes(self.payload.len())
+            && frame[..HEADER_BYTES] == self.header()
+            && frame[HEADER_BYTES..].starts_with(self.payload)
+    }
+}
+
+#[inline]
+fn checksum(bytes: &[u8]) -> u16 {
+    // Of a known length it takes half as long.
+    match <&[u8; HEADER_BYTES + INLINE_BYTES]>::try_from(bytes) {
+        Ok(bytes) => CHECKSUM.checksum(bytes),
+        Err(_) => CHECKSUM.checksum(bytes),
     }
 }
 
@@ -157,14 +231,18 @@ mod tests {
 
     use super::*;
 
-    const PACKET: Packet =
-        Packet { sender: RobotId { index: 0x0102_0304, incarnation: 0x0506 }, sequence: 7, light: 1.5 };
+    const LIGHT: [u8; 4] = 1.5_f32.to_le_bytes();
+    const PACKET: PacketView<'_> = PacketView {
+        sender: RobotId { index: 0x0102_0304, incarnation: 0x0506 },
+        sequence: 7,
+        payload: &LIGHT,
+    };
 
     #[test]
     fn the_layout_is_what_the_header_says() {
         let bytes = PACKET.encode();
         assert_eq!(bytes[..12], [1, 4, 6, 5, 4, 3, 2, 1, 7, 0, 0, 0]);
-        assert_eq!(bytes[12..16], 1.5_f32.to_le_bytes());
+        assert_eq!(bytes[12..16], LIGHT);
         assert_eq!(bytes.len(), 18);
     }
 
@@ -175,8 +253,8 @@ mod tests {
 
     #[test]
     fn a_short_frame_names_both_lengths() {
-        let error = Packet::decode(&PACKET.encode()[..5]).unwrap_err();
-        assert_eq!(error.to_string(), "frame holds 5 bytes, this packet needs 18");
+        let error = PacketView::decode(&PACKET.encode()[..5]).unwrap_err();
+        assert_eq!(error.to_string(), "frame holds 5 bytes, this packet needs 14");
     }
 
     #[test]
@@ -185,20 +263,40 @@ mod tests {
         bytes[1] = 20;
         let checksum = CHECKSUM.checksum(&bytes[..16]).to_le_bytes();
         bytes[16..].copy_from_slice(&checksum);
-        assert_eq!(Packet::decode(&bytes), Err(PacketError::Length { expected: 34, actual: 18 }));
+        assert_eq!(PacketView::decode(&bytes), Err(PacketError::Length { expected: 34, actual: 18 }));
     }
 
     #[test]
-    fn a_nan_reading_is_refused_even_with_a_good_checksum() {
-        let nan = Packet { light: f32::NAN, ..PACKET };
-        assert!(matches!(Packet::decode(&nan.encode()), Err(PacketError::Light(_))));
+    fn only_a_payload_longer_than_four_bytes_lies_beside_its_packet() {
+        let bytes: std::vec::Vec<u8> = (1..=128).collect();
+        for len in [0, 1, 4, 5, 128] {
+            let view = PacketView { payload: &bytes[..len], ..PACKET };
+            let mut kept = None;
+            let packet = Packet::of(&view, |payload| {
+                kept = Some(payload.len());
+                77
+            });
+            match packet.body() {
+                Body::Inline(payload) => assert_eq!((payload, kept), (view.payload, None)),
+                Body::Beside { place, len } => assert_eq!((place, kept), (77, Some(len))),
+            }
+            assert_eq!(packet.view(view.payload), view);
+            assert_eq!(kept.is_some(), len > 4);
+        }
     }
 
     proptest! {
         #[test]
-        fn every_packet_survives_the_air(index: u32, incarnation: u16, sequence: u32, light in -1e30_f32..1e30) {
-            let packet = Packet { sender: RobotId { index, incarnation }, sequence, light };
-            prop_assert_eq!(Packet::decode(&packet.encode()), Ok(packet));
+        fn every_packet_survives_the_air(
+            index: u32, incarnation: u16, sequence: u32,
+            payload in proptest::collection::vec(any::<u8>(), 0..=PAYLOAD_BYTES_MAX),
+        ) {
+            let packet = PacketView { sender: RobotId { index, incarnation }, sequence, payload: &payload };
+            let frame = packet.encode();
+            prop_assert_eq!(PacketView::decode(&frame), Ok(packet));
+            prop_assert!(packet.is_in(&frame));
+            let next = PacketView { sequence: sequence.wrapping_add(1), ..packet };
+            prop_assert!(!next.is_in(&frame));
         }
 
         #[test]
@@ -207,12 +305,12 @@ mod tests {
             for bit in flips {
                 bytes[bit / 8] ^= 1 << (bit % 8);
             }
-            prop_assert!(Packet::decode(&bytes).is_err());
+            prop_assert!(PacketView::decode(&bytes).is_err());
         }
 
         #[test]
-        fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..64)) {
-            let _ = Packet::decode(&bytes);
+        fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = PacketView::decode(&bytes);
         }
     }
 }

@@ -3,12 +3,14 @@
 //! There is no pose, no arena coordinate and no number of robots in here: what a robot knows, it
 //! heard or sensed, in its own body frame.
 
+use alloc::vec::Vec;
+
 use arrayvec::ArrayVec;
 
 use crate::{
     frame::BodyVector,
     odometry::Odometry,
-    packet::Packet,
+    packet::{Body, Packet, PacketView},
     units::{Meters, Radians},
 };
 
@@ -107,6 +109,8 @@ pub struct Percept {
     pub walls: ArrayVec<Wall, WALLS_MAX>,
     /// The true field, for the `exact` controller only; else empty.
     pub field: ArrayVec<FieldComponent, COMPONENTS_MAX>,
+    /// Payloads that are too long to lie in their packets, one behind the other. Where there are none it has no memory.
+    payloads: Vec<u8>,
 }
 
 impl Percept {
@@ -120,6 +124,34 @@ impl Percept {
             odometry: None,
             walls: ArrayVec::new(),
             field: ArrayVec::new(),
+            payloads: Vec::new(),
         }
+    }
+
+    /// The payload of one of this percept's deliveries; of any other's, whatever lies there.
+    #[inline]
+    pub fn payload<'a>(&'a self, delivery: &'a Delivery) -> &'a [u8] {
+        match delivery.packet.body() {
+            Body::Inline(payload) => payload,
+            Body::Beside { place, len } => {
+                self.payloads.get(place as usize..).and_then(|rest| rest.get(..len)).unwrap_or(&[])
+            }
+        }
+    }
+
+    /// Returns the packet that `view` shows, for a delivery of this percept; a long payload is kept beside.
+    #[inline]
+    pub fn packet(&mut self, view: &PacketView<'_>) -> Packet {
+        Packet::of(view, |payload| {
+            let place = self.payloads.len() as u32;
+            self.payloads.extend_from_slice(payload);
+            place
+        })
+    }
+
+    /// Removes all deliveries; their memory is kept.
+    pub fn clear_deliveries(&mut self) {
+        self.deliveries.clear();
+        self.payloads.clear();
     }
 }

@@ -4,15 +4,16 @@ use std::{fs, mem};
 
 use anyhow::Context;
 use protocol::{
+    command::{Command, Transmitter},
     controller::Controller,
-    percept::Percept,
+    percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, ControllerSetup},
 };
 use transport::{
     codec,
     pid_namespace::our_pid_in,
-    raw::{BOOT_TICK, RawCommand},
+    raw::{BOOT_TICK, RawCommand, RawTimes},
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
 };
@@ -33,6 +34,7 @@ pub(crate) struct Agent<C, N> {
     // Both have room for far more than they mostly hold. Made where they stay, and not moved there, they take the
     // memory that they use and no more.
     controller: Box<C>,
+    transmitter: Transmitter,
     new: N,
     percept: Box<Percept>,
     ports: AgentPorts,
@@ -50,6 +52,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
             id,
             stopwatch,
             controller,
+            transmitter: Transmitter::new(id),
             new,
             ports,
             percept,
@@ -60,7 +63,15 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
 
     /// Says that this robot is there.
     pub(crate) fn announce(&mut self) -> Result<(), ServiceError> {
-        self.ports.send(RawCommand::new(BOOT_TICK, &self.controller.boot(), self.pid))
+        let command = self.controller.boot();
+        self.send(BOOT_TICK, command, RawTimes::default())
+    }
+
+    /// Sends `command` as the answer to `tick`, with the robot's next packet.
+    fn send(&mut self, tick: Tick, command: Command, times: RawTimes) -> Result<(), ServiceError> {
+        let answer = self.transmitter.answer(command);
+        let frame = answer.packet().encode();
+        self.ports.send(RawCommand::new(tick, &answer, &frame, self.pid).timed(times), &frame)
     }
 
     /// Answers the newest percept that waits. Returns whether there was one. Asked to boot, it begins anew
@@ -79,8 +90,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
         }
         self.stopwatch.received();
         let command = self.controller.step(&self.percept, &mut self.stopwatch);
-        let message = RawCommand::new(self.percept.tick, &command, self.pid);
-        self.ports.send(message.timed(self.stopwatch.times()))?;
+        self.send(self.percept.tick, command, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)
@@ -90,6 +100,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
     #[inline(never)]
     fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
         *self.controller = (self.new)(self.id, setup_of(run)?.controller);
+        self.transmitter = Transmitter::new(self.id);
         Ok(())
     }
 

@@ -6,7 +6,8 @@ use allocation_counter::measure;
 use arena::Arena;
 use coverage::CoverageController;
 use protocol::{
-    controller::Controller,
+    controller::Hosted,
+    payload::SHORT_PAYLOAD_BYTES,
     percept::Percept,
     robot_id::RobotId,
     setup::{Mode, Plane},
@@ -26,8 +27,10 @@ fn a_steady_tick_in_process_allocates_nothing() {
         let scenario = Scenario::load(&file, &overrides).unwrap();
         let mut arena = Arena::new(&scenario).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut minds: Vec<_> =
-            (0..40).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
+        let mut minds: Vec<_> = (0..40)
+            .map(RobotId::first)
+            .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
+            .collect();
         let mut answers: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         let mut tick = || {
             arena.process_faults(&[]);
@@ -50,19 +53,23 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
     let (run, owner) = RunDir::create(name.parse().unwrap()).unwrap();
     let robot = RobotId::first(0);
     let arena = Session::enter(&run).unwrap();
-    let mut host = arena.host(robot, Plane::Blackboard).unwrap();
-    let mut agent = Session::enter(&run).unwrap().join(robot, Plane::Blackboard).unwrap();
+    let mut host = arena.host(robot, Plane::Blackboard, SHORT_PAYLOAD_BYTES).unwrap();
+    let mut agent =
+        Session::enter(&run).unwrap().join(robot, Plane::Blackboard, SHORT_PAYLOAD_BYTES).unwrap();
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
     let setup = Scenario::load(&file, &[]).unwrap().agent_setup(Mode::Lockstep).controller;
-    let (mut mind, mut frames) = (CoverageController::new(robot, setup), Frames::of(1));
+    let (mut mind, mut frames) = (Hosted::new(robot, CoverageController::new(robot, setup)), Frames::of(1));
     let (mut sent, mut read) = (Percept::empty(0), Percept::empty(0));
     let exchanged = measure(|| {
         for tick in 0..u64::from(STEADY) {
             sent.tick = tick;
             host.send(&sent, &mut frames).unwrap();
             assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))));
-            agent.send(RawCommand::new(tick, &mind.step(&read, &mut ()), 1)).unwrap();
-            assert!(host.receive().unwrap().is_some());
+            let answer = mind.step(&read, &mut ());
+            let frame = answer.packet().encode();
+            agent.send(RawCommand::new(tick, &answer, &frame, 1), &frame).unwrap();
+            let command = host.receive().unwrap().unwrap();
+            assert_eq!(host.check(&command, robot, tick, &mut frames), Ok(answer));
         }
     });
     assert_eq!(exchanged.count_total, 0);

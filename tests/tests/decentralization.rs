@@ -41,7 +41,10 @@ fn assert_knows_nothing_of(package: &str, foreign: &[&str]) {
 fn a_robot_links_nothing_of_the_arena() {
     let linked = linked_by("robot-agent");
     assert!(linked.contains("coverage") && linked.contains("protocol"), "{linked:?}");
-    assert_knows_nothing_of("robot-agent", &["arena", "engine", "arena-daemon", "scenario", "lamplight", "spade"]);
+    assert_knows_nothing_of(
+        "robot-agent",
+        &["arena", "engine", "arena-daemon", "scenario", "lamplight", "spade"],
+    );
 }
 
 #[test]
@@ -63,7 +66,18 @@ fn the_arena_links_no_transport_no_log_and_no_threads() {
 fn the_loop_of_a_run_knows_no_process_no_file_and_no_terminal() {
     assert_knows_nothing_of(
         "engine",
-        &["agents", "transport", "iceoryx2", "processes", "files", "logging", "rustix", "nix", "signal-hook", "clap"],
+        &[
+            "agents",
+            "transport",
+            "iceoryx2",
+            "processes",
+            "files",
+            "logging",
+            "rustix",
+            "nix",
+            "signal-hook",
+            "clap",
+        ],
     );
 }
 

@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use coverage::CoverageController;
 use protocol::{
-    command::Command,
-    controller::Controller,
+    command::{Answer, Command},
+    controller::Hosted,
     frame::BodyVector,
+    payload::Payload,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::AgentSetup,
@@ -44,17 +45,17 @@ const UNDER_A_PLAN: [&str; 4] = [
 ];
 
 /// Drives robot 3 of a run; `misbehave` sends what it likes beside the honest answer.
-fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command) -> Honesty) -> Run {
+fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer) -> Honesty) -> Run {
     let run = LiveRun::start("one-gaussian", &[options, &["--by-hand", "3"]].concat());
     run.wait_until_open();
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Session::enter(&folder).unwrap();
-    let mut ports = medium.join(ROBOT, setup.plane).unwrap();
-    let mut mind = CoverageController::new(ROBOT, setup.controller);
+    let mut ports = medium.join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
+    let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.controller));
     let mut seen = bell.round();
-    ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
+    send(&mut ports, raw(BOOT_TICK, &mind.boot()));
     loop {
         match bell.wait_for_ring(seen, Duration::from_secs(60)) {
             Ring::Round(round) => seen = round,
@@ -68,7 +69,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
         }
         let honest = mind.step(&percept, &mut ());
         if misbehave(&mut ports, percept.tick, &honest) == Honesty::AfterAll {
-            ports.send(raw(percept.tick, &honest)).unwrap();
+            send(&mut ports, raw(percept.tick, &honest));
         }
         bell.answer();
     }
@@ -84,8 +85,13 @@ enum Honesty {
     Never,
 }
 
-fn raw(tick: Tick, command: &Command) -> RawCommand {
-    RawCommand::new(tick, command, std::process::id())
+fn raw(tick: Tick, answer: &Answer) -> RawCommand {
+    RawCommand::new(tick, answer, &answer.packet().encode(), std::process::id())
+}
+
+/// Sends a command whose frame is short, or lies about that.
+fn send(ports: &mut AgentPorts, command: RawCommand) {
+    ports.send(command, &[]).unwrap();
 }
 
 fn in_process(options: &[&str]) -> Run {
@@ -93,15 +99,15 @@ fn in_process(options: &[&str]) -> Run {
 }
 
 /// Lies told before the honest answer are refused, counted against their robot, and change nothing.
-fn assert_harmless(what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
+fn assert_harmless(what: &str, lie: impl Fn(Tick, &Answer) -> RawCommand) {
     assert_harmless_in(&OPTIONS, what, lie);
 }
 
-fn assert_harmless_in(options: &[&str], what: &str, lie: impl Fn(Tick, &Command) -> RawCommand) {
+fn assert_harmless_in(options: &[&str], what: &str, lie: impl Fn(Tick, &Answer) -> RawCommand) {
     let truth = in_process(options);
     for plane in [&[][..], &QUEUES] {
         let run = run_with(&[options, plane].concat(), |ports, tick, honest| {
-            ports.send(lie(tick, honest)).unwrap();
+            send(ports, lie(tick, honest));
             Honesty::AfterAll
         });
         assert_eq!(run.digest(), truth.digest(), "{what}");
@@ -137,19 +143,41 @@ fn another_robots_name_is_refused() {
 #[test]
 fn another_robots_packet_is_refused() {
     assert_harmless("packet", |tick, honest| {
-        let mut forged = *honest;
-        forged.packet.sender = RobotId::first(5);
+        let forged = Answer { sender: RobotId::first(5), ..*honest };
         RawCommand { robot: ROBOT.index, ..raw(tick, &forged) }
     });
 }
 
 #[test]
-fn a_packet_longer_than_a_frame_is_refused() {
+fn a_payload_longer_than_the_scenario_allows_is_refused() {
     assert_harmless("length", |tick, honest| {
         let mut long = raw(tick, honest);
         long.frame.len = u8::MAX;
         long
     });
+    assert_harmless("payload", |tick, honest| raw(tick, &saying(&[7; 10], honest)));
+}
+
+/// The same answer with another payload.
+fn saying(payload: &[u8], answer: &Answer) -> Answer {
+    let payload = Payload::try_from(payload).unwrap();
+    Answer { command: Command { payload, ..answer.command }, ..*answer }
+}
+
+/// Whoever could not read it would lack a neighbor.
+#[test]
+fn a_long_payload_is_heard_where_the_scenario_allows_it() {
+    let truth = in_process(&OPTIONS);
+    for plane in [&[][..], &QUEUES] {
+        let options = [&OPTIONS, plane, &["--set", "channel.payload_bytes_max=128"]].concat();
+        let run = run_with(&options, |ports, tick, honest| {
+            let long = saying(&[7; 128], honest);
+            ports.send(raw(tick, &long), &long.packet().encode()).unwrap();
+            Honesty::Never
+        });
+        assert_eq!(run.digest(), truth.digest());
+        assert_eq!(run.number("commands_refused"), 0.0);
+    }
 }
 
 #[test]
@@ -180,7 +208,7 @@ fn a_flood_is_refused_and_drowns_nobody() {
     for plane in [&[][..], &QUEUES] {
         let run = run_with(&[&OPTIONS, plane].concat(), |ports, tick, honest| {
             for _ in 0..500 {
-                ports.send(raw(tick, honest)).unwrap();
+                send(ports, raw(tick, honest));
             }
             Honesty::AfterAll
         });
@@ -198,7 +226,8 @@ fn a_flood_is_refused_and_drowns_nobody() {
 fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
     let nan = BodyVector::new(f64::NAN, 0.0);
     let run = run_with(&OPTIONS, |ports, tick, honest| {
-        ports.send(raw(tick, &Command { estimated_error: Some(nan), velocity: nan, ..*honest })).unwrap();
+        let command = Command { estimated_error: Some(nan), velocity: nan, ..honest.command };
+        send(ports, raw(tick, &Answer { command, ..*honest }));
         Honesty::Never
     });
     let ticks = run.number("ticks") as u64 + 1;
@@ -214,7 +243,8 @@ fn an_agent_that_dies_as_it_joins() {
     let Ok(name) = std::env::var(RUN) else { return };
     let (folder, _) = RunDir::open(name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
-    let _ports = Session::enter(&folder).unwrap().join(ROBOT, setup.plane).unwrap();
+    let _ports =
+        Session::enter(&folder).unwrap().join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
     signal(getpid(), Signal::KILL);
 }
 

@@ -4,7 +4,7 @@
 
 use arena::Arena;
 use coverage::CoverageController;
-use protocol::{controller::Controller, robot_id::RobotId, setup::Mode};
+use protocol::{controller::Hosted, robot_id::RobotId, setup::Mode};
 use scenario::{Override, Scenario};
 use tests::programs;
 
@@ -17,8 +17,10 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario("swarmbots"), &sets).unwrap();
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let mut minds: Vec<_> =
-        (0..robots).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
+    let mut minds: Vec<_> = (0..robots)
+        .map(RobotId::first)
+        .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
+        .collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let boots: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let percepts = arena.tick(&boots).unwrap();

@@ -4,7 +4,7 @@
 
 use arena::{Arena, metrics::Metrics};
 use coverage::CoverageController;
-use protocol::{controller::Controller, robot_id::RobotId, setup::Mode};
+use protocol::{controller::Hosted, robot_id::RobotId, setup::Mode};
 use scenario::{Override, Scenario};
 use tests::programs;
 
@@ -33,7 +33,8 @@ fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Met
     let scenario = Scenario::load(&programs::scenario(scenario), &sets).unwrap();
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
     let mut minds: Vec<_> = (0..scenario.robot_count())
-        .map(|index| CoverageController::new(RobotId::first(index), setup))
+        .map(RobotId::first)
+        .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
         .collect();
     let mut arena = Arena::new(&scenario).unwrap();
     let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();

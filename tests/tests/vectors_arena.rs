@@ -5,7 +5,7 @@
 use arena::{Arena, frame::ArenaPoint, metrics::Partition, voronoi::delaunay_neighbors};
 use coverage::{CoverageController, moments::Moments};
 use nalgebra::Vector2;
-use protocol::{command::Command, controller::Controller, frame::BodyVector, robot_id::RobotId, setup::Mode};
+use protocol::{command::Answer, controller::Hosted, frame::BodyVector, robot_id::RobotId, setup::Mode};
 use scenario::{Override, Scenario};
 use serde::Deserialize;
 use tests::{
@@ -75,16 +75,17 @@ fn shares_only_a_point(cell: &[Vector2<f64>], sites: &[ArenaPoint], own: usize, 
 fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
     let mut minds: Vec<_> = (0..scenario.robot_count())
-        .map(|index| CoverageController::new(RobotId::first(index), setup))
+        .map(RobotId::first)
+        .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
         .collect();
     let mut arena = Arena::new(scenario).unwrap();
-    let boots: Vec<Option<Command>> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
+    let boots: Vec<Option<Answer>> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
     let percepts = arena.tick(&boots).expect("a cycle begins at tick 0").to_vec();
-    let answers: Vec<Command> =
+    let answers: Vec<Answer> =
         minds.iter_mut().zip(&percepts).map(|(mind, percept)| mind.step(percept, &mut ())).collect();
     // The references let a robot without a goal stay where it is.
-    let error = |command: &Command| command.estimated_error.unwrap_or(BodyVector::HERE);
-    answers.iter().zip(arena.poses()).map(|(command, pose)| pose.outward(error(command))).collect()
+    let error = |answer: &Answer| answer.command.estimated_error.unwrap_or(BodyVector::HERE);
+    answers.iter().zip(arena.poses()).map(|(answer, pose)| pose.outward(error(answer))).collect()
 }
 
 fn with(scenario: &str, sets: &[String]) -> Scenario {

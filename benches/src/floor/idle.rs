@@ -15,9 +15,10 @@ use std::{
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use protocol::{
-    command::Command,
+    command::{Answer, Command},
     frame::BodyVector,
     packet::Packet,
+    payload::SHORT_PAYLOAD_BYTES,
     percept::{Delivery, Percept},
     robot_id::RobotId,
     setup::Mode,
@@ -81,7 +82,8 @@ impl Idle {
         drop(gate);
         let medium = Session::enter(&run.dir)?;
         let plane = Mode::Lockstep.plane();
-        let host = |index| medium.host(RobotId::first(index), plane).with_context(open_files);
+        let host =
+            |index| medium.host(RobotId::first(index), plane, SHORT_PAYLOAD_BYTES).with_context(open_files);
         let members = (0..robots).map(host).collect::<Result<Vec<_>, _>>()?;
         let bell = Doorbell::create(&run.dir.doorbell_path()).context("cannot make the doorbell")?;
         bell.expect(robots);
@@ -114,7 +116,9 @@ impl Floor for Idle {
             // Without descriptors for its connection, the transport is silent.
             let silent = || format!("nothing is heard from {robot} at tick {number}; {}", open_files());
             let raw = ports.receive()?.with_context(silent)?;
-            raw.check(robot, number).with_context(|| format!("the command of {robot}"))?;
+            ports
+                .check(&raw, robot, number, &mut self.frames)
+                .with_context(|| format!("the command of {robot}"))?;
         }
         Ok(())
     }
@@ -150,7 +154,7 @@ impl Drop for OwnRun {
 fn percept() -> Percept {
     let mut percept = Percept::empty(0);
     percept.deliveries.extend((0..DELIVERIES).map(|sender| Delivery {
-        packet: Packet { sender: RobotId::first(sender), sequence: 1, light: 100.0 },
+        packet: Packet::short(RobotId::first(sender), 1, Some(100.0_f32.to_le_bytes())),
         range: Meters::new(0.5).expect("a finite length"),
         bearing: Radians::new(f64::from(sender) * 0.7).expect("a finite angle"),
         orientation: Radians::new(0.5).expect("a finite angle"),
@@ -164,7 +168,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
     let (run, arena) = RunDir::open(args.run.clone())?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the doorbell")?;
     let id = RobotId::first(args.robot);
-    let mut ports = Session::enter(&run)?.join(id, Mode::Lockstep.plane())?;
+    let mut ports = Session::enter(&run)?.join(id, Mode::Lockstep.plane(), SHORT_PAYLOAD_BYTES)?;
     footprint::trim();
     let mut percept = Percept::empty(0);
     let (mut seen, pid) = (bell.round(), process::id());
@@ -175,7 +179,9 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
             Ring::Round(round) => {
                 seen = round;
                 hear(&mut ports, &mut percept)?;
-                ports.send(RawCommand::new(percept.tick, &stand_still(id, &percept), pid))?;
+                let answer = stand_still(id, &percept);
+                let frame = answer.packet().encode();
+                ports.send(RawCommand::new(percept.tick, &answer, &frame, pid), &frame)?;
                 bell.answer();
             }
             Ring::Silence if arena.is_alive() => {}
@@ -195,7 +201,8 @@ fn hear(ports: &mut AgentPorts, percept: &mut Percept) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn stand_still(id: RobotId, percept: &Percept) -> Command {
-    let packet = Packet { sender: id, sequence: percept.tick as u32, light: 0.0 };
-    Command { estimated_error: Some(BodyVector::HERE), velocity: BodyVector::HERE, packet }
+fn stand_still(sender: RobotId, percept: &Percept) -> Answer {
+    let payload = 0.0_f32.to_le_bytes().into();
+    let command = Command { estimated_error: Some(BodyVector::HERE), payload, ..Command::REST };
+    Answer { sender, sequence: percept.tick as u32, command }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use profile::CycleTimes;
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -49,7 +49,7 @@ pub struct Realtime {
 /// The last command of one agent.
 #[derive(Clone, Copy, Debug)]
 struct Latest {
-    command: Command,
+    answer: Answer,
     /// The tick it answers; `None` for the command given at boot.
     answers: Option<Tick>,
     /// In which cycle it came; `None` once a newer answer was refused, or the robot was paused: then
@@ -71,7 +71,7 @@ impl Realtime {
     fn hear(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
         let next = self.latest[index].and_then(|latest| latest.answers).map_or(0, |answered| answered + 1);
         match self.members.hear(index, next..=tick.max(next))? {
-            Heard::Command(answers, command) => self.note(index, Some(answers), command),
+            Heard::Command(tick, answer) => self.note(index, Some(tick), answer),
             Heard::Refused => {
                 if let Some(latest) = &mut self.latest[index] {
                     (latest.stands_since, latest.arrived) = (None, Moment::now());
@@ -91,9 +91,9 @@ impl Realtime {
         }
     }
 
-    fn note(&mut self, index: usize, answers: Option<Tick>, command: Command) {
+    fn note(&mut self, index: usize, answers: Option<Tick>, answer: Answer) {
         let (stands_since, arrived) = (Some(self.cycles), Moment::now());
-        self.latest[index] = Some(Latest { command, answers, stands_since, arrived });
+        self.latest[index] = Some(Latest { answer, answers, stands_since, arrived });
     }
 
     /// Names robots that have not been heard for too long to those who watch.
@@ -117,9 +117,9 @@ impl Squad for Realtime {
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
         self.members.join_all(answers, stop, waiting)?;
-        for (index, command) in answers.iter().enumerate() {
-            if let Some(command) = command {
-                self.note(index, None, *command);
+        for (index, answer) in answers.iter().enumerate() {
+            if let Some(answer) = answer {
+                self.note(index, None, *answer);
             }
         }
         Ok(())
@@ -166,18 +166,18 @@ impl Squad for Realtime {
                 self.latest[index] = None;
                 self.members.give_up_on(index, tick)?;
             } else if latest.stands_since.is_some_and(|since| self.cycles <= since + HOLD_CYCLES) {
-                answers[index] = Some(latest.command);
+                answers[index] = Some(latest.answer);
             }
         }
         self.members.welcome(tick, answers)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let life = self.members.life(index);
-            let speaks = |command: &Command| Some(command.packet.sender) == life;
+            let speaks = |answer: &Answer| Some(answer.sender) == life;
             // What an ended life has said no longer stands; what a new one says first, does.
-            self.latest[index] = self.latest[index].filter(|latest| speaks(&latest.command));
+            self.latest[index] = self.latest[index].filter(|latest| speaks(&latest.answer));
             *answer = answer.filter(speaks);
-            if let (Some(command), None) = (*answer, self.latest[index]) {
-                self.note(index, None, command);
+            if let (Some(answer), None) = (*answer, self.latest[index]) {
+                self.note(index, None, answer);
             }
         }
         self.cycles += 1;

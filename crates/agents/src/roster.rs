@@ -11,7 +11,7 @@ use std::{
 use processes::{Process, State};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
@@ -85,7 +85,7 @@ pub(crate) enum Heard {
     /// Nothing of use.
     Nothing,
     /// A command, and the tick it answers.
-    Command(Tick, Command),
+    Command(Tick, Answer),
     /// An answer that cannot be carried out: the robot stands still and is silent.
     Refused,
 }
@@ -133,6 +133,7 @@ pub(crate) struct Roster {
     second_core: Option<SecondCore>,
     session: Session,
     plane: Plane,
+    payload_bytes_max: usize,
     /// Frames of packets that agents are to hear.
     frames: Frames,
     pub(crate) host: HostConfig,
@@ -161,8 +162,9 @@ impl Roster {
         tell_setup(run, scenario, mode)?;
         let session = Session::enter(run).map_err(SquadError::new)?;
         let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
+        let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
         let members = (0..robots)
-            .map(|index| Member::hosted(&session, plane, RobotId::first(index)))
+            .map(|index| Member::hosted(&session, plane, payload_bytes_max, RobotId::first(index)))
             .collect::<Result<Vec<_>, _>>()?;
         let by_hand: Vec<ByHand> = driven_by_hand(&members, &host).collect();
         run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
@@ -176,6 +178,7 @@ impl Roster {
             hang_timeout: scenario.processes.hang_timeout(),
             session,
             plane,
+            payload_bytes_max,
             frames: Frames::of(robots as usize),
             host,
             waiting_told: None,
@@ -411,15 +414,15 @@ impl Roster {
             let Some(raw) = ports.receive().map_err(SquadError::new)? else { break };
             let in_time = awaited.contains(&raw.tick);
             let expected = if in_time { raw.tick } else { *awaited.end() };
-            match (raw.check(member.id, expected), heard) {
+            match (ports.check(&raw, member.id, expected, &mut self.frames), heard) {
                 (Ok(_), Heard::Command(newest, _)) if raw.tick <= newest => {
                     refusals.push(format!("it has answered tick {newest} already"));
                 }
-                (Ok(command), _) => {
+                (Ok(answer), _) => {
                     member.process = member.process.or_else(|| Process::find(raw.pid));
-                    heard = Heard::Command(raw.tick, command);
+                    heard = Heard::Command(raw.tick, answer);
                     if let Some(recorder) = &mut self.recorder {
-                        recorder.note(index, raw.tick, &command, &raw.times);
+                        recorder.note(index, raw.tick, &answer.header(), &raw.times);
                     }
                 }
                 (Err(error), before) => {
@@ -559,7 +562,8 @@ impl Roster {
     fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
         let refused = self.members[index].refused;
-        self.members[index] = Member { refused, ..Member::hosted(&self.session, self.plane, id)? };
+        self.members[index] =
+            Member { refused, ..Member::hosted(&self.session, self.plane, self.payload_bytes_max, id)? };
         if !self.is_by_hand(index) {
             self.host.link.tell(&Event::Start(id));
         }
@@ -668,8 +672,13 @@ impl AgentState {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(session: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
-        let ports = Some(session.host(id, plane).map_err(SquadError::new)?);
+    fn hosted(
+        session: &Session,
+        plane: Plane,
+        payload_bytes_max: usize,
+        id: RobotId,
+    ) -> Result<Self, SquadError> {
+        let ports = Some(session.host(id, plane, payload_bytes_max).map_err(SquadError::new)?);
         Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
     }
 

@@ -7,7 +7,8 @@ use std::{
 
 use arrayvec::ArrayVec;
 use protocol::{
-    command::Command,
+    command::Answer,
+    frame::BodyVector,
     odometry::Motion,
     packet::Packet,
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
@@ -29,6 +30,7 @@ use crate::{
     neighbor_tables::NeighborTables,
     odometry::Odometers,
     packets::Packets,
+    payloads::Payloads,
     placement::{self, PlacementError},
     random::{Draws, Purpose},
     voronoi::walls_around,
@@ -38,7 +40,7 @@ use scenario::{ProcessFault, Scenario};
 
 /// Filler for measurements to come.
 const NOTHING_HEARD: Delivery = Delivery {
-    packet: Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 },
+    packet: Packet::short(RobotId::first(0), 0, None),
     range: Meters::new(0.0).expect("zero is a length"),
     bearing: Radians::new(0.0).expect("zero is an angle"),
     orientation: Radians::new(0.0).expect("zero is an angle"),
@@ -50,6 +52,13 @@ struct Heard {
     delivery: Delivery,
     /// When it was sent, seconds: for the observer alone.
     sent_s: f64,
+}
+
+/// What an answer has a robot do and say.
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    velocity: BodyVector,
+    packet: Packet,
 }
 
 /// The physical world, the infrared medium, the lamps and the fault plan of one run.
@@ -66,12 +75,14 @@ pub struct Arena {
     hearing: NeighborTables,
     /// The tick that has been played last; `None` before the first.
     tick: Option<Tick>,
-    /// Each robot's last command, once it has come into force.
-    commands: Vec<Option<Command>>,
+    /// The packet of each robot's last answer that has come into force; `None` while it is silent.
+    said: Vec<Option<Packet>>,
+    /// What these and all other packets say, if it is long.
+    payloads: Payloads,
     /// The life of each robot that was heard of last.
     lives: Vec<Option<RobotId>>,
     /// Answers that a fault holds back, and when they come into force.
-    held_back: Vec<VecDeque<(Tick, Command)>>,
+    held_back: Vec<VecDeque<(Tick, Order)>>,
     /// Packets that each robot has heard since its last percept.
     inboxes: Vec<Vec<Heard>>,
     /// Whether each robot has bumped into something since.
@@ -81,8 +92,6 @@ pub struct Arena {
     percepts: Vec<Percept>,
     /// When the packets in the percept that is being made were sent, seconds.
     sent_s: Vec<f64>,
-    /// Each robot's packet in this tick.
-    said: Vec<Option<Packet>>,
     /// Receptions that the channel lets through in this tick.
     receptions: Vec<Reception>,
     /// The same as their receivers measure them.
@@ -108,7 +117,8 @@ impl Arena {
             plan: FaultPlan::new(scenario),
             hearing: NeighborTables::new(scenario.robot_count(), timeout_ticks),
             tick: None,
-            commands: vec![None; robots],
+            said: vec![None; robots],
+            payloads: Payloads::default(),
             lives: vec![None; robots],
             held_back: vec![VecDeque::new(); robots],
             inboxes: vec![Vec::new(); robots],
@@ -116,7 +126,6 @@ impl Arena {
             delayed: BTreeMap::new(),
             percepts: vec![Percept::empty(0); robots],
             sent_s: Vec::new(),
-            said: Vec::new(),
             receptions: Vec::new(),
             measured: Vec::new(),
             packets: Packets::default(),
@@ -140,14 +149,15 @@ impl Arena {
     /// `answers` has one entry per robot in the order of their indices: the answer to the last
     /// percept (or, at first, the command given at boot), or `None` from a robot whose agent is
     /// silent. A silent robot stands still, says nothing and hears nothing.
-    pub fn tick(&mut self, answers: &[Option<Command>]) -> Option<&[Percept]> {
+    pub fn tick(&mut self, answers: &[Option<Answer>]) -> Option<&[Percept]> {
         self.tick_by(&Sequential, answers)
     }
 
     /// Like [`tick`](Self::tick), with the work split by `executor`.
-    pub fn tick_by(&mut self, executor: &impl Executor, answers: &[Option<Command>]) -> Option<&[Percept]> {
+    pub fn tick_by(&mut self, executor: &impl Executor, answers: &[Option<Answer>]) -> Option<&[Percept]> {
         assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
         let tick = self.next_tick();
+        self.forget_payloads();
         self.take_in(tick, answers);
         self.move_bodies(tick);
         self.tick = Some(tick);
@@ -164,12 +174,12 @@ impl Arena {
     }
 
     /// Returns the metrics for the current percepts and the answers to them.
-    pub fn metrics(&self, answers: &[Option<Command>]) -> Metrics {
+    pub fn metrics(&self, answers: &[Option<Answer>]) -> Metrics {
         self.observer().measure(self.world.poses(), answers, self.packets, self.time_s())
     }
 
     /// Quantities in which faults can be felt, by now.
-    pub fn disturbance(&self, answers: &[Option<Command>]) -> Disturbance {
+    pub fn disturbance(&self, answers: &[Option<Answer>]) -> Disturbance {
         self.observer().disturbance(self.world.poses(), answers)
     }
 
@@ -228,6 +238,11 @@ impl Arena {
         self.channel.crowding()
     }
 
+    /// Returns how many long payloads the arena has room for: memory, not something that robots feel.
+    pub fn payload_places(&self) -> usize {
+        self.payloads.places()
+    }
+
     /// Returns the ledger of all faults.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
         self.plan.ledger()
@@ -250,29 +265,31 @@ impl Arena {
 
     /// Answers come into force: at once, or as late as a fault has it. The first command of a new life
     /// answers no percept, and is never late.
-    fn take_in(&mut self, tick: Tick, answers: &[Option<Command>]) {
+    fn take_in(&mut self, tick: Tick, answers: &[Option<Answer>]) {
         let asked = tick == 0 || self.scenario.begins_cycle(tick - 1);
         for (robot, answer) in answers.iter().enumerate() {
             let Some(answer) = answer else {
-                self.commands[robot] = None;
+                self.said[robot] = None;
                 self.world.halt(robot);
                 self.held_back[robot].clear();
                 continue;
             };
-            let life = Some(answer.packet.sender);
+            let life = Some(answer.sender);
             let is_new = self.lives[robot] != life;
             self.lives[robot] = life;
             if is_new {
                 self.held_back[robot].clear();
                 self.odometers.iter_mut().for_each(|odometers| odometers.restart(robot));
-                self.obey(robot, *answer);
+                let order = self.order(answer);
+                self.obey(robot, order);
             } else if asked {
+                let order = self.order(answer);
                 match self.plan.lateness(tick, robot as u32) {
                     0 => {
                         self.held_back[robot].clear();
-                        self.obey(robot, *answer);
+                        self.obey(robot, order);
                     }
-                    late => self.held_back[robot].push_back((tick.saturating_add(late), *answer)),
+                    late => self.held_back[robot].push_back((tick.saturating_add(late), order)),
                 }
             }
             while let Some(&(_, held)) = self.held_back[robot].front().filter(|(due, _)| *due <= tick) {
@@ -282,9 +299,26 @@ impl Arena {
         }
     }
 
-    fn obey(&mut self, robot: usize, command: Command) {
-        self.world.set_course(robot, command.velocity);
-        self.commands[robot] = Some(command);
+    fn order(&mut self, answer: &Answer) -> Order {
+        Order { velocity: answer.command.velocity, packet: self.payloads.packet(&answer.packet()) }
+    }
+
+    fn obey(&mut self, robot: usize, order: Order) {
+        self.world.set_course(robot, order.velocity);
+        self.said[robot] = Some(order.packet);
+    }
+
+    /// Makes room for long payloads to come, if it is time for that.
+    fn forget_payloads(&mut self) {
+        if !self.payloads.is_full() {
+            return;
+        }
+        let held_back = self.held_back.iter().flatten().map(|(_, order)| &order.packet);
+        let inboxes = self.inboxes.iter().flatten();
+        let delayed = self.delayed.values().flatten().map(|(_, heard)| heard);
+        let heard = inboxes.chain(delayed).map(|heard| &heard.delivery.packet);
+        let held = self.said.iter().flatten().chain(held_back).chain(heard).chain(self.channel.in_the_air());
+        self.payloads.sweep(held);
     }
 
     fn move_bodies(&mut self, tick: Tick) {
@@ -306,14 +340,12 @@ impl Arena {
     /// Packets fly: what the channel lets through meets the fault plan, and what is left is
     /// measured and put into the receiver's inbox, now or later.
     fn play_channel(&mut self, executor: &impl Executor, tick: Tick) {
-        let (mut said, mut receptions) = (mem::take(&mut self.said), mem::take(&mut self.receptions));
-        said.clear();
-        said.extend(self.commands.iter().map(|command| command.map(|command| command.packet)));
+        let (said, mut receptions) = (mem::take(&mut self.said), mem::take(&mut self.receptions));
         let cycle = self.scenario.begins_cycle(tick).then(|| self.scenario.cycle_of(tick));
         let time_s = tick as f64 * self.scenario.step_s.get();
         let moment = Moment { tick, cycle, time_s, poses: self.world.poses(), said: &said };
-        let plan = &mut self.plan;
-        let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet);
+        let (plan, payloads) = (&mut self.plan, &mut self.payloads);
+        let mut transmit = |robot, packet| plan.transmitted(tick, robot, packet, payloads);
         self.channel.play(executor, &moment, &mut self.packets, &mut transmit, &mut receptions);
         self.measure(executor, &receptions);
         for (robot, said) in said.iter().enumerate() {
@@ -350,7 +382,7 @@ impl Arena {
             return self.put(reception.receiver, Heard { delivery: *measured, sent_s });
         }
         let receiver_at = self.world.poses()[reception.receiver as usize].position;
-        let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at);
+        let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at, &mut self.payloads);
         // The channel has counted the packet as heard.
         self.packets.heard -= 1;
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
@@ -401,14 +433,21 @@ impl Arena {
             heard.sort_by(|a, b| a.delivery.range.get().total_cmp(&b.delivery.range.get()));
             heard.truncate(DELIVERIES_MAX);
         }
-        let sender = |heard: &Heard| heard.delivery.packet.sender.index;
+        let sender = |heard: &Heard| heard.delivery.packet.sender().index;
         // Most channels and plans leave nothing to sort.
         if !heard.is_sorted_by_key(sender) {
             heard.sort_by_key(sender);
         }
-        let deliveries = &mut self.percepts[robot].deliveries;
-        deliveries.clear();
-        deliveries.extend(heard.iter().map(|heard| heard.delivery));
+        let (percept, payloads) = (&mut self.percepts[robot], &self.payloads);
+        percept.clear_deliveries();
+        if payloads.is_unused() {
+            percept.deliveries.extend(heard.iter().map(|heard| heard.delivery));
+        } else {
+            for Heard { delivery, .. } in &heard {
+                let packet = percept.packet(&delivery.packet.view(payloads.of(&delivery.packet)));
+                percept.deliveries.push(Delivery { packet, ..*delivery });
+            }
+        }
         self.sent_s.clear();
         self.sent_s.extend(heard.drain(..).map(|heard| heard.sent_s));
         // The inbox keeps its memory.
@@ -420,7 +459,7 @@ impl Arena {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
         let mut light = self.sensors.read(&self.field, &seen, robot as u32, &pose, tick);
-        if self.commands[robot].is_some() {
+        if self.said[robot].is_some() {
             self.plan.sensed(tick, robot as u32, &mut light);
         }
         let size_m = self.size_m();
@@ -443,8 +482,8 @@ impl Arena {
     }
 
     fn record(&mut self, with_percepts: bool) {
-        let ids = self.commands.iter().zip(0..).map(|(command, index)| match command {
-            Some(command) => command.packet.sender,
+        let ids = self.said.iter().zip(0..).map(|(packet, index)| match packet {
+            Some(packet) => packet.sender(),
             None => RobotId::first(index),
         });
         let tick = self.current_tick();

@@ -127,6 +127,15 @@ impl Channel {
         packets.heard += received.len() as u64;
     }
 
+    /// Packets that are in the air, or have been until now.
+    pub fn in_the_air(&self) -> impl Iterator<Item = &Packet> {
+        let timed = match &self.medium {
+            Medium::Instant(_) => None,
+            Medium::Timed(air) => Some(air.packets()),
+        };
+        timed.into_iter().flatten()
+    }
+
     /// How many packets got through the crowd, by the number of robots that could disturb them;
     /// `None` on a channel where none can.
     pub fn crowding(&self) -> Option<&Crowding> {

@@ -36,8 +36,8 @@ impl Digest {
         }
         self.number(heard.len() as u64);
         for delivery in heard {
-            self.id(delivery.packet.sender);
-            self.number(delivery.packet.sequence.into());
+            self.id(delivery.packet.sender());
+            self.number(delivery.packet.sequence().into());
         }
         self.hasher.write(&self.bytes);
         self.bytes.clear();

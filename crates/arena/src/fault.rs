@@ -34,6 +34,7 @@ use protocol::{
 use crate::{
     channel::Reception,
     frame::{ArenaPoint, Pose},
+    payloads::Payloads,
 };
 use scenario::{FaultKind, FaultSpec, ProcessAction, ProcessFault, Scenario};
 
@@ -168,10 +169,10 @@ impl FaultPlan {
     }
 
     /// A packet of robot `robot` as it goes out.
-    pub fn transmitted(&mut self, tick: Tick, robot: u32, packet: Packet) -> Packet {
+    pub fn transmitted(&mut self, tick: Tick, robot: u32, packet: Packet, payloads: &mut Payloads) -> Packet {
         let mut packet = packet;
         for fault in self.active_on(robot) {
-            if fault.rule.speak(&mut packet) {
+            if fault.rule.speak(&mut packet, payloads) {
                 fault.line.did(tick, "packets falsified", robot);
             }
         }
@@ -180,7 +181,13 @@ impl FaultPlan {
 
     /// Judges a packet that the channel has let through. Each fault sees what those before it
     /// have left; copies go their own ways from where they were made.
-    pub fn passage(&mut self, tick: Tick, reception: &Reception, receiver_at: ArenaPoint) -> Passage {
+    pub fn passage(
+        &mut self,
+        tick: Tick,
+        reception: &Reception,
+        receiver_at: ArenaPoint,
+        payloads: &mut Payloads,
+    ) -> Passage {
         let Reception { sender, receiver, packet, .. } = *reception;
         let mut under_way: Vec<(Packet, Tick)> = vec![(packet, 0)];
         let mut made = 1;
@@ -192,7 +199,7 @@ impl FaultPlan {
             let mut left: Vec<(Packet, Tick)> = Vec::with_capacity(under_way.len());
             for (copy, (packet, late)) in (0..).zip(under_way) {
                 let flight = Flight { reception: Reception { packet, ..*reception }, receiver_at };
-                let verdict = fault.rule.judge(&flight, fault.rng.of_copy(copy));
+                let verdict = fault.rule.judge(&flight, fault.rng.of_copy(copy), payloads);
                 let over_bound = matches!(verdict, Verdict::Repeat(_)) && made == COPIES_MAX;
                 match (verdict.entry(), over_bound) {
                     (Some(_), true) => {

@@ -23,6 +23,7 @@ pub mod metrics;
 pub mod neighbor_tables;
 pub mod odometry;
 pub mod packets;
+pub mod payloads;
 pub mod placement;
 pub mod plan_warnings;
 pub mod random;

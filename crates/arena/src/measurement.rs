@@ -102,7 +102,7 @@ mod tests {
     };
 
     fn heard(measurement: Measurement, draw: u64) -> Delivery {
-        let packet = Packet { sender: RobotId::first(1), sequence: 0, light: 0.0 };
+        let packet = Packet::short(RobotId::first(1), 0, None);
         let receiver = Pose { position: ArenaPoint::new(1.0, 1.0), heading: PI / 2.0 };
         let sender = Pose { position: ArenaPoint::new(1.0, 0.5), heading: -PI / 2.0 };
         measurement.of(packet, &sender, &receiver, || Draws::of(1, Purpose::Measurement, draw, 1, 0))

@@ -9,7 +9,7 @@ use coverage::{
     refinement::{FINE, ROUGH},
 };
 use nalgebra::Vector2;
-use protocol::command::Command;
+use protocol::command::Answer;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -84,10 +84,10 @@ pub struct EstimatedErrors {
 
 impl EstimatedErrors {
     /// The estimated errors in `answers`.
-    pub fn of(answers: &[Option<Command>]) -> Self {
+    pub fn of(answers: &[Option<Answer>]) -> Self {
         let (mut count, mut sum, mut max, mut without) = (0_u32, 0.0, 0.0_f64, 0);
         for answer in answers.iter().flatten() {
-            match answer.estimated_error {
+            match answer.command.estimated_error {
                 Some(error) => (count, sum, max) = (count + 1, sum + error.length(), max.max(error.length())),
                 None => without += 1,
             }
@@ -117,7 +117,7 @@ pub struct Observer<'a> {
 
 impl Observer<'_> {
     /// Mean ‖ê‖ and, roughly, H: what a fault can be felt in.
-    pub fn disturbance(&self, poses: &[Pose], answers: &[Option<Command>]) -> Disturbance {
+    pub fn disturbance(&self, poses: &[Pose], answers: &[Option<Answer>]) -> Disturbance {
         let present = poses.iter().zip(answers).filter(|(_, answer)| answer.is_some());
         let partition = Partition::new(present.map(|(pose, _)| pose.position).collect(), self.size_m);
         [EstimatedErrors::of(answers).mean_m, partition.rough_cost(self.field)]
@@ -127,7 +127,7 @@ impl Observer<'_> {
     pub fn measure(
         &self,
         poses: &[Pose],
-        answers: &[Option<Command>],
+        answers: &[Option<Answer>],
         packets: Packets,
         time_s: f64,
     ) -> Metrics {
@@ -142,8 +142,9 @@ impl Observer<'_> {
         let known = present.iter().map(|&robot| self.hearing.known_to(robot).filter_map(at));
         let errors = EstimatedErrors::of(answers);
         let diagonal_m = Vector2::from(self.size_m).norm();
-        let is_open =
-            |command: &&Command| command.estimated_error.is_some_and(|error| error.length() > diagonal_m);
+        let is_open = |answer: &&Answer| {
+            answer.command.estimated_error.is_some_and(|error| error.length() > diagonal_m)
+        };
         Metrics {
             mean_error_m: errors.mean_m,
             max_error_m: errors.max_m,
@@ -275,16 +276,19 @@ fn area(cell: &Polygon) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use protocol::{frame::BodyVector, packet::Packet, robot_id::RobotId};
+    use protocol::{
+        command::{Command, Transmitter},
+        frame::BodyVector,
+        robot_id::RobotId,
+    };
 
     use super::*;
     use crate::placement;
     use scenario::Scenario;
 
-    fn answer(error_m: Option<f64>) -> Option<Command> {
-        let packet = Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 };
+    fn answer(error_m: Option<f64>) -> Option<Answer> {
         let estimated_error = error_m.map(|error_m| BodyVector::new(error_m, 0.0));
-        Some(Command { estimated_error, velocity: BodyVector::HERE, packet })
+        Some(Transmitter::new(RobotId::first(0)).answer(Command { estimated_error, ..Command::REST }))
     }
 
     #[test]

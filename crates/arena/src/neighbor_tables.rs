@@ -42,7 +42,7 @@ impl NeighborTables {
 
     /// The robots that robot `robot` knows of, ascending.
     pub fn known_to(&self, robot: usize) -> impl Iterator<Item = usize> {
-        self.tables[robot].iter().map(|neighbor| neighbor.delivery.packet.sender.index as usize)
+        self.tables[robot].iter().map(|neighbor| neighbor.delivery.packet.sender().index as usize)
     }
 
     /// Mean age at `time_s`, since its packet was sent, of what `robots` know of others; `None` if they know nobody.
@@ -100,7 +100,7 @@ mod tests {
     fn percept(tick: Tick, senders: &[u32]) -> Percept {
         let mut percept = Percept::empty(tick);
         percept.deliveries.extend(senders.iter().map(|&index| Delivery {
-            packet: Packet { sender: RobotId::first(index), sequence: tick as u32, light: 0.0 },
+            packet: Packet::short(RobotId::first(index), tick as u32, None),
             range: Meters::new(1.0).unwrap(),
             bearing: Radians::new(0.0).unwrap(),
             orientation: Radians::new(0.0).unwrap(),

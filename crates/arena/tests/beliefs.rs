@@ -11,8 +11,8 @@ use arena::{
 };
 use coverage::CoverageController;
 use protocol::{
-    command::Command,
-    controller::Controller,
+    command::Answer,
+    controller::Hosted,
     packet::Packet,
     percept::{Delivery, Tick},
     robot_id::RobotId,
@@ -28,11 +28,14 @@ fn scenario(text: &str) -> Scenario {
 fn play(
     scenario: &Scenario,
     ticks: Tick,
-    mut look: impl FnMut(&Arena, &[Option<Command>], &[CoverageController]),
+    mut look: impl FnMut(&Arena, &[Option<Answer>], &[Hosted<CoverageController>]),
 ) {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let new = |index| CoverageController::new(RobotId::first(index), setup);
-    let mut controllers: Vec<CoverageController> = (0..scenario.robot_count()).map(new).collect();
+    let new = |index| {
+        let id = RobotId::first(index);
+        Hosted::new(id, CoverageController::new(id, setup))
+    };
+    let mut controllers: Vec<_> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
     let mut paused = vec![false; controllers.len()];
     let mut arena = Arena::new(scenario).unwrap();
@@ -71,8 +74,8 @@ fn overtaken_packets_are_not_believed_though_their_sender_was_forgotten_meanwhil
     );
     let (mut last, mut beliefs, mut back) = ((0, 0.0), 0, 0);
     play(&scenario, 600, |_, _, controllers| {
-        for known in controllers[0].neighbors().iter() {
-            let now = (known.delivery.packet.sequence, known.delivery.range.get());
+        for known in controllers[0].controller.neighbors().iter() {
+            let now = (known.delivery.packet.sequence(), known.delivery.range.get());
             beliefs += 1;
             back += u32::from(now < last || now.1 < last.1);
             last = now;
@@ -158,7 +161,10 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
         let (mut were, mut seen) = (Vec::new(), Vec::new());
         let mut arena = Arena::new(&scenario).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut minds = [0, 1].map(|index| CoverageController::new(RobotId::first(index), setup));
+        let mut minds = [0, 1].map(|index| {
+            let id = RobotId::first(index);
+            Hosted::new(id, CoverageController::new(id, setup))
+        });
         let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         for tick in 0..200 {
             arena.process_faults(&[]);
@@ -166,7 +172,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
             were.push(truly(arena.poses()));
             for delivery in &percepts[0].deliveries {
                 // On the ideal channel packet n is sent at tick n.
-                let sent = delivery.packet.sequence as usize;
+                let sent = delivery.packet.sequence() as usize;
                 assert!(
                     is_near(measured(delivery), were[sent]),
                     "{fault}: sent at tick {sent}, heard at {tick}"
@@ -186,7 +192,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
 /// The tick in which the channel brings each packet of robot 1 to robot 0, by their numbers.
 fn ends(scenario: &Scenario, ticks: Tick) -> Vec<Tick> {
     let poses = [5.0, 6.0].map(|x| Pose::unturned(ArenaPoint::new(x, 5.0)));
-    let said = [0, 1].map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }));
+    let said = [0, 1].map(|index| Some(Packet::short(RobotId::first(index), 0, None)));
     let mut channel = Channel::new(scenario);
     let (mut packets, mut received, mut ends) = (Packets::default(), Vec::new(), Vec::new());
     for tick in 0..=ticks {
@@ -211,7 +217,8 @@ fn a_packet_that_lasts_is_measured_in_the_tick_in_which_it_ends_however_late_it_
         let (mut were, mut heard) = (Vec::new(), Vec::new());
         play(&scenario, 200, |arena, _, controllers| {
             were.push(truly(arena.poses()));
-            let known = controllers[0].neighbors().iter().next().map(|known| measured(&known.delivery));
+            let known =
+                controllers[0].controller.neighbors().iter().next().map(|known| measured(&known.delivery));
             if let Some(known) = known.filter(|known| heard.last() != Some(known)) {
                 heard.push(known);
             }
@@ -235,9 +242,9 @@ fn a_slow_robot_sends_its_last_packet_again_from_where_it_is_by_then() {
     ));
     let mut sequences = Vec::new();
     play(&scenario, 60, |arena, _, controllers| {
-        let known = controllers[0].neighbors().iter().next().unwrap().delivery;
+        let known = controllers[0].controller.neighbors().iter().next().unwrap().delivery;
         assert!(is_near(measured(&known), truly(arena.poses())), "a packet is measured when it is sent");
-        sequences.push(u64::from(known.packet.sequence));
+        sequences.push(u64::from(known.packet.sequence()));
     });
     let expected: Vec<u64> = (0..=60)
         .map(|tick| match tick {
@@ -287,9 +294,10 @@ fn of_two_with_one_name_the_one_heard_last_is_known_or_the_one_whose_numbers_are
         let lie = format!("{{ kind = \"liar\", robots = \"{liar}\", identity = {identity} }}");
         play(&scenario(&format!("{text}\nfault = [{lie}{pause}]")), 20, |_, _, controllers| {
             let known: Vec<_> = controllers[0]
+                .controller
                 .neighbors()
                 .iter()
-                .map(|known| (known.delivery.packet.sender.index, known.delivery.range.get()))
+                .map(|known| (known.delivery.packet.sender().index, known.delivery.range.get()))
                 .collect();
             let [(index, range_m)] = known[..] else { panic!("{known:?}") };
             assert!(index == identity && (range_m - away_m).abs() < 1e-6, "{liar} {pause}: {known:?}");

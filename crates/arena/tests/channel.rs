@@ -44,9 +44,8 @@ fn play_at(
     cycles: u64,
     mut heard: impl FnMut(&[Reception]),
 ) -> Packets {
-    let said: Vec<Option<Packet>> = (0..poses.len() as u32)
-        .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
-        .collect();
+    let said: Vec<Option<Packet>> =
+        (0..poses.len() as u32).map(|index| Some(Packet::short(RobotId::first(index), 0, None))).collect();
     let (mut packets, mut received) = (Packets::default(), Vec::new());
     for tick in 0..cycles {
         let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses, said: &said };
@@ -490,7 +489,7 @@ fn a_restarted_robot_sends_by_its_old_clock_until_the_cycle_after_its_next_packe
         for tick in 0..30 {
             // It is restarted before tick 10.
             let said = [lives[usize::from(tick >= 10)], RobotId::first(1)]
-                .map(|sender| Some(Packet { sender, sequence: 0, light: 0.0 }));
+                .map(|sender| Some(Packet::short(sender, 0, None)));
             let moment =
                 Moment { tick, cycle: Some(tick), time_s: tick as f64, poses: &together(2), said: &said };
             channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
@@ -516,8 +515,7 @@ fn who_is_in_reach_is_decided_at_the_end_of_the_tick_in_which_a_packet_starts() 
         [set("access=random"), set("airtime_s=0.35"), set("half_duplex=false"), set("range_m=0.5")];
     let near_at = |near: Option<u64>| {
         let mut channel = Channel::new(&crowd(2, 5, &settings));
-        let said =
-            [0, 1].map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }));
+        let said = [0, 1].map(|index| Some(Packet::short(RobotId::first(index), 0, None)));
         let (mut packets, mut received, mut heard) = (Packets::default(), Vec::new(), Vec::new());
         for tick in 0..=100 {
             let is_near = near.is_none_or(|near| near == tick);
@@ -573,7 +571,7 @@ fn packets_meet_across_the_borders_of_cycles_and_ticks() {
         let scenario = crowd(4, 7, &settings);
         let mut channel = Channel::new(&scenario);
         let poses = vec![Pose::unturned(ArenaPoint::new(0.5, 0.5)); 4];
-        let said = vec![Some(Packet { sender: RobotId::first(0), sequence: 0, light: 0.0 }); 4];
+        let said = vec![Some(Packet::short(RobotId::first(0), 0, None)); 4];
         let (mut packets, mut heard, mut all) = (Packets::default(), Vec::new(), Vec::new());
         let ticks = (40.0 / step_s).round() as u64;
         for tick in 0..=ticks {
@@ -601,9 +599,8 @@ fn the_cost_of_a_tick_grows_with_packets_heard_and_not_with_pairs() {
             let scenario = Scenario::parse("wide", &text, &[]).unwrap();
             let poses = arena::placement::start(&scenario).unwrap();
             let mut channel = Channel::new(&scenario);
-            let said: Vec<_> = (0..robots)
-                .map(|index| Some(Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 }))
-                .collect();
+            let said: Vec<_> =
+                (0..robots).map(|index| Some(Packet::short(RobotId::first(index), 0, None))).collect();
             let (mut packets, mut heard) = (Packets::default(), Vec::new());
             for tick in 0..4 {
                 let time_s = tick as f64 * 0.25;

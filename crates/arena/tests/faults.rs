@@ -7,10 +7,17 @@ use arena::{
     channel::Reception,
     fault::{FaultPlan, Passage},
     frame::{ArenaPoint, Pose},
+    payloads::Payloads,
     placement,
     plan_warnings::warnings,
 };
-use protocol::{command::Command, frame::BodyVector, packet::Packet, percept::Tick, robot_id::RobotId};
+use protocol::{
+    command::{Answer, Command},
+    frame::BodyVector,
+    packet::{Body, Packet},
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+};
 use scenario::{ProcessAction, ProcessFault, Scenario};
 
 /// Ten robots in a row, 0.1 m apart, all in range of each other, and some faults.
@@ -32,28 +39,25 @@ fn scenario(faults: &str) -> Scenario {
 }
 
 fn packet(robot: u32) -> Packet {
-    Packet { sender: RobotId::first(robot), sequence: 0, light: 1.0 }
+    Packet::short(RobotId::first(robot), 0, Some(1.0_f32.to_le_bytes()))
 }
 
 /// A command to go nowhere and to say who one is.
-fn still(robot: u32) -> Option<Command> {
-    Some(Command {
+fn still(robot: u32) -> Option<Answer> {
+    let command = Command {
         estimated_error: Some(BodyVector::HERE),
         velocity: BodyVector::HERE,
-        packet: packet(robot),
-    })
+        payload: 1.0_f32.to_le_bytes().into(),
+    };
+    Some(Answer { sender: RobotId::first(robot), sequence: 0, command })
 }
 
-fn everyone() -> Vec<Option<Command>> {
+fn everyone() -> Vec<Option<Answer>> {
     (0..10).map(still).collect()
 }
 
 /// Robots that stand still, and whose agents obey the plan. `look` sees each tick.
-fn run(
-    scenario: &Scenario,
-    ticks: Tick,
-    mut look: impl FnMut(&Arena, Option<&[protocol::percept::Percept]>),
-) -> Arena {
+fn run(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, Option<&[Percept]>)) -> Arena {
     let mut arena = Arena::new(scenario).unwrap();
     let mut commands = everyone();
     for _ in 0..=ticks {
@@ -82,7 +86,12 @@ fn passage(plan: &mut FaultPlan, number: u64) -> Passage {
 
 fn passage_on(plan: &mut FaultPlan, sender: u32, receiver: u32, number: u64) -> Passage {
     let reception = Reception { sender, receiver, number, sent_s: 0.0, packet: packet(sender) };
-    plan.passage(number, &reception, ArenaPoint::new(0.1 + 0.1 * f64::from(receiver), 0.5))
+    plan.passage(
+        number,
+        &reception,
+        ArenaPoint::new(0.1 + 0.1 * f64::from(receiver), 0.5),
+        &mut Payloads::default(),
+    )
 }
 
 fn begun(faults: &str) -> FaultPlan {
@@ -206,7 +215,7 @@ mod packets {
         let mut heard = Vec::new();
         let arena = run(&scenario(faults), 20, |arena, percepts| {
             let from_0 = |robot: usize| {
-                percepts.unwrap()[robot].deliveries.iter().any(|heard| heard.packet.sender.index == 0)
+                percepts.unwrap()[robot].deliveries.iter().any(|heard| heard.packet.sender().index == 0)
             };
             heard.push((arena.current_tick(), from_0(1), from_0(3)));
         });
@@ -223,7 +232,7 @@ mod packets {
         let faults = "[[fault]]\nkind = \"duplicate\"\nprobability = 1.0\nlinks = [\"4->5\"]";
         let arena = run(&scenario(faults), 9, |_, percepts| {
             let heard = &percepts.unwrap()[5].deliveries;
-            assert_eq!(heard.iter().filter(|heard| heard.packet.sender.index == 4).count(), 2);
+            assert_eq!(heard.iter().filter(|heard| heard.packet.sender().index == 4).count(), 2);
         });
         assert_eq!(arena.packets().duplicated, 10);
         assert_eq!(effect(&arena, "packets duplicated"), 10);
@@ -296,7 +305,7 @@ mod packets {
             let packet = packet(sender);
             let reception = Reception { sender, receiver, number: 1, sent_s: 0.0, packet };
             let moved = if receiver == 0 { ArenaPoint::new(1.0, 0.5) } else { ArenaPoint::new(0.1, 0.5) };
-            is_lost(&plan.passage(1, &reception, moved))
+            is_lost(&plan.passage(1, &reception, moved, &mut Payloads::default()))
         };
         let mut chosen = begun("kind = \"loss\"\nprobability = 1.0\ndirection = \"in\"");
         assert!(lost(&mut chosen, 5, 0) && !lost(&mut chosen, 5, 9), "whoever was in the disc stays chosen");
@@ -488,8 +497,8 @@ mod agents {
             let mut commands = everyone();
             if tick > 20 {
                 // Up, so that nobody is in the way.
-                for command in commands.iter_mut().flatten() {
-                    command.velocity = BodyVector::new(0.0, 0.1);
+                for answer in commands.iter_mut().flatten() {
+                    answer.command.velocity = BodyVector::new(0.0, 0.1);
                 }
             }
             arena.tick(&commands);
@@ -510,7 +519,7 @@ mod agents {
             let mut commands = everyone();
             // To the left, said in six ticks before the first of them comes into force.
             if (1..=6).contains(&tick) {
-                commands[1].as_mut().unwrap().velocity = BodyVector::new(0.0, 1e-6);
+                commands[1].as_mut().unwrap().command.velocity = BodyVector::new(0.0, 1e-6);
             }
             arena.tick(&commands);
         }
@@ -546,7 +555,7 @@ mod bodies {
         for _ in 0..12 {
             arena.process_faults(&[]);
             let mut commands = everyone();
-            commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
+            commands[0].as_mut().unwrap().command.velocity = BodyVector::new(0.0, 0.1);
             readings.push(arena.tick(&commands).unwrap()[0].light);
         }
         assert_ne!(readings[3], readings[4]);
@@ -567,7 +576,7 @@ mod bodies {
         let scenario = scenario(faults);
         let mut arena = Arena::new(&scenario).unwrap();
         let mut commands = everyone();
-        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.1);
+        commands[0].as_mut().unwrap().command.velocity = BodyVector::new(0.0, 0.1);
         for _ in 0..=10 {
             arena.process_faults(&[]);
             arena.tick(&commands);
@@ -585,7 +594,7 @@ mod bodies {
             scenario.robots.headings_rad = Some(vec![scenario::Finite::new(heading).unwrap(); 10]);
             let mut arena = Arena::new(&scenario).unwrap();
             let mut commands = everyone();
-            commands[1].as_mut().unwrap().velocity = BodyVector::new(0.2, 0.3);
+            commands[1].as_mut().unwrap().command.velocity = BodyVector::new(0.2, 0.3);
             for _ in 0..=1 {
                 arena.process_faults(&[]);
                 arena.tick(&commands);
@@ -614,7 +623,7 @@ mod bodies {
             let scenario = Scenario::parse("push", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
             let mut arena = Arena::new(&scenario).unwrap();
             let mut commands = vec![still(0), still(1).filter(|_| !silent)];
-            commands[0].as_mut().unwrap().velocity = BodyVector::new(0.2, 0.0);
+            commands[0].as_mut().unwrap().command.velocity = BodyVector::new(0.2, 0.0);
             for _ in 0..=20 {
                 for ProcessFault { robot, .. } in arena.process_faults(&[]) {
                     commands[robot as usize] = None;
@@ -647,7 +656,7 @@ mod bodies {
         for _ in 0..100 {
             arena.process_faults(&[]);
             let mut commands = everyone();
-            commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, 0.03);
+            commands[0].as_mut().unwrap().command.velocity = BodyVector::new(0.0, 0.03);
             readings.push(arena.tick(&commands).unwrap()[0].light.value - healthy - 100.0);
         }
         let mean = readings.iter().sum::<f64>() / 100.0;
@@ -660,11 +669,33 @@ mod bodies {
         let faults = "[[fault]]\nkind = \"liar\"\nrobots = 4\nidentity = 8\nlight_counts = 1e6";
         let arena = run(&scenario(faults), 5, |_, percepts| {
             let heard = &percepts.unwrap()[0].deliveries;
-            let as_8: Vec<_> = heard.iter().filter(|heard| heard.packet.sender.index == 8).collect();
+            let as_8: Vec<_> = heard.iter().filter(|heard| heard.packet.sender().index == 8).collect();
             assert_eq!(as_8.len(), 2, "one is true");
-            assert!(as_8.iter().any(|heard| heard.packet.light == 1e6 && heard.range.get() < 0.41));
+            assert!(as_8.iter().any(|heard| heard.packet.body() == Body::Inline(&1e6_f32.to_le_bytes())
+                && heard.range.get() < 0.41));
         });
         assert_eq!(effect(&arena, "packets falsified"), 6, "once per packet, not per listener");
+    }
+
+    #[test]
+    fn liars_replace_bytes_of_payloads_that_are_long_enough() {
+        let lie = |lie: &str| scenario(&format!("[[fault]]\nkind = \"liar\"\nrobots = 4\n{lie}"));
+        let of_4 = |percepts: Option<&[Percept]>| {
+            let percept = &percepts.unwrap()[3];
+            let heard = percept.deliveries.iter().find(|heard| heard.packet.sender().index == 4).unwrap();
+            percept.payload(heard).to_vec()
+        };
+        let truth = 1.0_f32.to_le_bytes();
+        let cases = [
+            ("payload_hex = \"abCD\"", [0xab, 0xcd, truth[2], truth[3]], 6),
+            ("payload_hex = \"abcd\"\npayload_offset = 2", [truth[0], truth[1], 0xab, 0xcd], 6),
+            ("payload_hex = \"abcd\"\npayload_offset = 3", truth, 0),
+            ("payload_hex = \"ab\"\nlight_counts = 2.0", [0xab, 0, 0, 0x40], 6),
+        ];
+        for (keys, said, falsified) in cases {
+            let arena = run(&lie(keys), 5, |_, percepts| assert_eq!(of_4(percepts), said, "{keys}"));
+            assert_eq!(effect(&arena, "packets falsified"), falsified, "{keys}");
+        }
     }
 }
 
@@ -806,7 +837,7 @@ mod plans {
             until_s = 3";
         let mut heard = Vec::new();
         run(&scenario(faults), 60, |arena, percepts| {
-            if percepts.unwrap()[0].deliveries.iter().any(|heard| heard.packet.sender.index == 1) {
+            if percepts.unwrap()[0].deliveries.iter().any(|heard| heard.packet.sender().index == 1) {
                 heard.push(arena.current_tick());
             }
         });

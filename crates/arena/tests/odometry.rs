@@ -5,8 +5,14 @@
 use arena::Arena;
 use coverage::CoverageController;
 use protocol::{
-    command::Command, controller::Controller, frame::BodyVector, odometry::Odometry, percept::Tick,
-    robot_id::RobotId, setup::Mode, units::wrapped,
+    command::{Answer, Command},
+    controller::Hosted,
+    frame::BodyVector,
+    odometry::Odometry,
+    percept::Tick,
+    robot_id::RobotId,
+    setup::Mode,
+    units::wrapped,
 };
 use scenario::Scenario;
 
@@ -31,7 +37,10 @@ fn in_circles(sets: &str) -> Scenario {
 /// still. `look` is told by how much robot 0's bearing of each robot that it knows is off, radians, cycle by cycle.
 fn play(scenario: &Scenario, speed_m_per_s: f64, mut look: impl FnMut(Tick, f64)) {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    let new = |index| CoverageController::new(RobotId::first(index), setup);
+    let new = |index| {
+        let id = RobotId::first(index);
+        Hosted::new(id, CoverageController::new(id, setup))
+    };
     let mut robots: Vec<_> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = robots.iter_mut().map(|robot| Some(robot.boot())).collect();
     let mut arena = Arena::new(scenario).unwrap();
@@ -39,12 +48,13 @@ fn play(scenario: &Scenario, speed_m_per_s: f64, mut look: impl FnMut(Tick, f64)
         arena.process_faults(&[]);
         let Some(percepts) = arena.tick(&commands) else { continue };
         for ((robot, percept), command) in robots.iter_mut().zip(percepts).zip(&mut commands) {
-            *command = Some(Command { velocity: BodyVector::HERE, ..robot.step(percept, &mut ()) });
+            let answer = command.insert(robot.step(percept, &mut ()));
+            answer.command.velocity = BodyVector::HERE;
         }
-        commands[0].as_mut().unwrap().velocity = BodyVector::new(0.0, speed_m_per_s);
+        commands[0].as_mut().unwrap().command.velocity = BodyVector::new(0.0, speed_m_per_s);
         let poses = arena.poses();
-        for known in robots[0].neighbors().iter() {
-            let sender = poses[known.delivery.packet.sender.index as usize].position;
+        for known in robots[0].controller.neighbors().iter() {
+            let sender = poses[known.delivery.packet.sender().index as usize].position;
             look(tick, wrapped(known.delivery.bearing.get() - poses[0].sees(sender).bearing()));
         }
     }
@@ -108,7 +118,6 @@ fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
          fault = [{ kind = \"kill\", robots = \"1\", at_s = 0.9, restart_at_s = 1.0 }]",
     );
     let mut arena = Arena::new(&scenario).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
     let mut lives = [RobotId::first(0), RobotId::first(1)];
     let mut readings = Vec::new();
     for tick in 0..=scenario.ticks() {
@@ -118,7 +127,7 @@ fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
         }
         let turning = |id| {
             let velocity = if tick == 10 { BodyVector::HERE } else { BodyVector::new(0.1, 0.2) };
-            Some(Command { velocity, ..CoverageController::new(id, setup).boot() })
+            Some(Answer { sender: id, sequence: 0, command: Command { velocity, ..Command::REST } })
         };
         let mut commands = lives.map(turning);
         if tick == 9 {

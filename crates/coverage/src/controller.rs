@@ -4,7 +4,6 @@ use protocol::{
     command::Command,
     controller::{Controller, Stage, StageObserver},
     frame::BodyVector,
-    packet::Transmitter,
     percept::Percept,
     robot_id::RobotId,
     setup::ControllerSetup,
@@ -16,12 +15,12 @@ use crate::{
     law,
     neighbors::NeighborTable,
     polygon::Polygon,
+    reading,
 };
 
 /// The paper's controller of one robot, with what it remembers between cycles.
 #[derive(Clone, Debug)]
 pub struct CoverageController {
-    transmitter: Transmitter,
     setup: ControllerSetup,
     neighbors: NeighborTable,
 }
@@ -32,7 +31,7 @@ impl CoverageController {
     #[inline]
     pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
         let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
-        Self { transmitter: Transmitter::new(id), setup, neighbors }
+        Self { setup, neighbors }
     }
 
     /// Returns the neighbor table.
@@ -66,7 +65,7 @@ impl CoverageController {
 impl Controller for CoverageController {
     /// Stands still and is heard.
     fn boot(&mut self) -> Command {
-        Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.transmitter.packet(0.0) }
+        Command { payload: reading::payload(0.0), ..Command::REST }
     }
 
     fn hear(&mut self, percept: &Percept) {
@@ -86,7 +85,7 @@ impl Controller for CoverageController {
         let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
         stages.passed(Stage::Centroid);
         let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
-        Command { estimated_error: goal, velocity, packet: self.transmitter.packet(percept.light.value) }
+        Command { estimated_error: goal, velocity, payload: reading::payload(percept.light.value) }
     }
 }
 
@@ -136,13 +135,17 @@ mod tests {
         }
     }
 
+    fn shares(index: u32, light: f32) -> Packet {
+        Packet::short(RobotId::first(index), 0, Some(light.to_le_bytes()))
+    }
+
     fn percept(light: f64, neighbors: &[(f64, f64)]) -> Percept {
         let mut percept = Percept::empty(0);
         percept.light = Light { value: light, stimulus: Stimulus::Gradient(BodyVector::HERE) };
         percept.deliveries = (1..)
             .zip(neighbors)
             .map(|(index, &(range, bearing))| Delivery {
-                packet: Packet { sender: RobotId::first(index), sequence: 0, light: 0.0 },
+                packet: shares(index, 0.0),
                 range: meters(range),
                 bearing: radians(bearing),
                 orientation: radians(0.0),
@@ -243,8 +246,8 @@ mod tests {
     fn percept_in(field: &QuadraticField, neighbors: &[(f64, f64)]) -> Percept {
         let mut percept = percept(field.linear.value, neighbors);
         percept.light.stimulus = Stimulus::Gradient(BodyVector(field.linear.gradient));
-        for heard in &mut percept.deliveries {
-            heard.packet.light = field.at(&BodyVector::polar(heard.range, heard.bearing).0) as f32;
+        for (index, heard) in (1..).zip(&mut percept.deliveries) {
+            heard.packet = shares(index, field.at(&BodyVector::polar(heard.range, heard.bearing).0) as f32);
         }
         percept
     }
@@ -266,6 +269,22 @@ mod tests {
             (goal_of(setup(), &percept).0 - centroid).norm() > 1e-3,
             "the linear law does not see the curvature"
         );
+    }
+
+    #[test]
+    fn a_neighbor_that_shares_no_reading_bounds_the_cell_and_is_left_out_of_the_fit() {
+        let field = QuadraticField {
+            linear: LinearField { value: 2.0, gradient: Vector2::new(0.7, -0.4) },
+            curvature: Matrix2::new(5.0, 1.6, 1.6, -2.8),
+        };
+        let around: Vec<_> = (0..8).map(|at| (0.3, TAU / 8.0 * f64::from(at))).collect();
+        let mut percept = percept_in(&field, &around);
+        let all_share = goal_of(quadratic(), &percept).0;
+        for payload in [None, Some(f32::NAN.to_le_bytes())] {
+            percept.deliveries[3].packet = Packet::short(RobotId::first(4), 0, payload);
+            let off = goal_of(quadratic(), &percept).0 - all_share;
+            assert!(off.norm() < 1e-6, "the other seven tell a quadratic field as well: {off}");
+        }
     }
 
     #[test]
@@ -311,8 +330,8 @@ mod tests {
             let places: Vec<_> = heard.iter().map(|&(range, bearing, _)| (range, bearing)).collect();
             let mut percept = percept(own, &places);
             percept.light.stimulus = Stimulus::Gradient(BodyVector::new(slope.0, slope.1));
-            for (delivery, &(_, _, light)) in percept.deliveries.iter_mut().zip(&heard) {
-                delivery.packet.light = light;
+            for ((index, delivery), &(_, _, light)) in (1..).zip(&mut percept.deliveries).zip(&heard) {
+                delivery.packet = shares(index, light);
             }
             let gradient = if fixed { GradientMode::Fixed(5.0) } else { GradientMode::Measured };
             let mut controller = CoverageController::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
@@ -352,10 +371,9 @@ mod tests {
     }
 
     #[test]
-    fn packets_are_numbered_from_the_boot() {
+    fn packets_carry_the_reading() {
         let mut controller = CoverageController::new(RobotId::first(3), setup());
-        assert_eq!(controller.boot().packet.sequence, 0);
-        let packet = controller.step(&percept(4.0, &[]), &mut ()).packet;
-        assert_eq!(packet, Packet { sender: RobotId::first(3), sequence: 1, light: 4.0 });
+        assert_eq!(*controller.boot().payload, 0.0_f32.to_le_bytes());
+        assert_eq!(*controller.step(&percept(4.0, &[]), &mut ()).payload, 4.0_f32.to_le_bytes());
     }
 }

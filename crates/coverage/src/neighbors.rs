@@ -32,7 +32,7 @@ pub struct Neighbor<E = ()> {
 
 impl<E> Neighbor<E> {
     fn id(&self) -> RobotId {
-        self.delivery.packet.sender
+        self.delivery.packet.sender()
     }
 }
 
@@ -217,7 +217,7 @@ impl<E: Copy> NeighborTable<E> {
 
 /// From the same life of the same sender, and no earlier.
 fn is_next<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
-    let packets_ahead = news.delivery.packet.sequence.wrapping_sub(known.delivery.packet.sequence) as i32;
+    let packets_ahead = news.delivery.packet.sequence().wrapping_sub(known.delivery.packet.sequence()) as i32;
     news.id() == known.id() && packets_ahead >= 0
 }
 
@@ -225,7 +225,7 @@ fn is_next<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
 /// counters wrap, so "later" means less than half their range ahead.
 fn supersedes<E>(news: &Neighbor<E>, known: &Neighbor<E>) -> bool {
     let lives_ahead = news.id().incarnation.wrapping_sub(known.id().incarnation) as i16;
-    let packets_ahead = news.delivery.packet.sequence.wrapping_sub(known.delivery.packet.sequence) as i32;
+    let packets_ahead = news.delivery.packet.sequence().wrapping_sub(known.delivery.packet.sequence()) as i32;
     lives_ahead > 0 || (lives_ahead == 0 && packets_ahead >= 0)
 }
 
@@ -243,7 +243,7 @@ mod tests {
 
     fn heard(index: u32, incarnation: u16, sequence: u32, range: f64) -> Delivery {
         Delivery {
-            packet: Packet { sender: RobotId { index, incarnation }, sequence, light: 0.0 },
+            packet: Packet::short(RobotId { index, incarnation }, sequence, None),
             range: Meters::new(range).unwrap(),
             bearing: Radians::new(0.0).unwrap(),
             orientation: Radians::new(0.0).unwrap(),
@@ -311,7 +311,7 @@ mod tests {
             table.record(6 + Tick::from(memory), &[heard(1, 0, 1, 0.4)]);
             assert_eq!(table.refused.outdated, 1);
             table.record(7 + Tick::from(memory), &[heard(1, 0, 2, 0.4)]);
-            assert_eq!(table.iter().next().map(|known| known.delivery.packet.sequence), Some(2));
+            assert_eq!(table.iter().next().map(|known| known.delivery.packet.sequence()), Some(2));
         }
     }
 

@@ -2,8 +2,9 @@
 //! shared memory between them. Bit for bit what lock-step processes compute.
 
 use protocol::{
-    command::Command,
-    controller::Controller,
+    command::Answer,
+    controller::{Controller, Hosted},
+    payload::PayloadOverLimit,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -15,6 +16,8 @@ use squad::{Answers, Participation, RobotStatus, Squad, SquadError, WaitingSink,
 pub struct InProcess<C, N> {
     robots: Vec<Life<C>>,
     new: N,
+    /// Longest payload that is accepted, bytes.
+    payload_bytes_max: usize,
 }
 
 /// One life of a robot.
@@ -22,36 +25,42 @@ pub struct InProcess<C, N> {
 struct Life<C> {
     id: RobotId,
     /// `None` once it has been killed.
-    controller: Option<C>,
+    controller: Option<Hosted<C>>,
     /// It does nothing and keeps its memory.
     paused: bool,
     /// Its answer to the percept that was sent last.
-    answer: Option<Command>,
+    answer: Option<Answer>,
+    /// Commands that were refused, in all its lives.
+    refused: u64,
 }
 
 impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
-    /// Makes robots of these numbers, each with a controller of its own by `new`.
-    pub fn new(robots: impl IntoIterator<Item = u32>, new: N) -> Self {
-        let robots = robots.into_iter().map(RobotId::first).map(|id| Life::new(id, new(id))).collect();
-        Self { robots, new }
+    /// Makes robots of these numbers, each with a controller of its own by `new`, whose payloads have up to so many
+    /// bytes.
+    pub fn new(robots: impl IntoIterator<Item = u32>, payload_bytes_max: usize, new: N) -> Self {
+        let robots = robots.into_iter().map(RobotId::first).map(|id| Life::new(id, new(id), 0)).collect();
+        Self { robots, new, payload_bytes_max }
     }
 }
 
 impl<C: Controller> Life<C> {
-    fn new(id: RobotId, controller: C) -> Self {
-        Self { id, controller: Some(controller), paused: false, answer: None }
+    fn new(id: RobotId, controller: C, refused: u64) -> Self {
+        let controller = Some(Hosted::new(id, controller));
+        Self { id, controller, paused: false, answer: None, refused }
     }
 
-    fn boot(&mut self) -> Option<Command> {
-        self.awake().map(Controller::boot)
-    }
-
-    fn step(&mut self, percept: &Percept) -> Option<Command> {
-        self.awake().map(|controller| controller.step(percept, &mut ()))
-    }
-
-    fn awake(&mut self) -> Option<&mut C> {
-        self.controller.as_mut().filter(|_| !self.paused)
+    /// Has it do something, and answer.
+    fn act(&mut self, limit: usize, act: impl FnOnce(&mut Hosted<C>) -> Answer) {
+        self.answer = self.controller.as_mut().filter(|_| !self.paused).map(act);
+        let length = self.answer.as_ref().map_or(0, |answer| answer.command.payload.len());
+        if length > limit {
+            self.answer = None;
+            self.refused += 1;
+            if self.refused == 1 {
+                let (id, why) = (self.id, PayloadOverLimit { length, limit });
+                tracing::warn!("a command of {id} is refused: {why} (more are counted, not shown)");
+            }
+        }
     }
 
     fn index(&self) -> usize {
@@ -64,12 +73,10 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
         &mut self,
         answers: &mut Answers,
         _: &StopFlag,
-        _: &mut WaitingSink<'_>,
+        waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        for life in &mut self.robots {
-            answers[life.index()] = life.boot();
-        }
-        Ok(())
+        self.robots.iter_mut().for_each(|life| life.act(self.payload_bytes_max, Hosted::boot));
+        self.collect(answers, waiting)
     }
 
     fn apply_process_faults(
@@ -88,8 +95,9 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
                     let id = life.id.reborn();
-                    *life = Life::new(id, (self.new)(id));
-                    *answer = life.boot();
+                    *life = Life::new(id, (self.new)(id), life.refused);
+                    life.act(self.payload_bytes_max, Hosted::boot);
+                    *answer = life.answer;
                 }
             }
         }
@@ -98,7 +106,8 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
 
     fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
         for life in &mut self.robots {
-            life.answer = life.step(&percepts[life.index()]);
+            let percept = &percepts[life.index()];
+            life.act(self.payload_bytes_max, |controller| controller.step(percept, &mut ()));
         }
         Ok(())
     }
@@ -119,7 +128,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 Life { paused: true, .. } => Participation::Paused,
                 Life { .. } => Participation::Present,
             },
-            refused: 0,
+            refused: life.refused,
             missed_deadlines: None,
         };
         self.robots.iter().map(status).collect()
@@ -131,13 +140,18 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
 #[cfg(test)]
 mod tests {
     use coverage::CoverageController;
+    use protocol::{
+        command::Command,
+        controller::StageObserver,
+        payload::{Payload, SHORT_PAYLOAD_BYTES},
+    };
     use scenario::Scenario;
 
     use super::*;
 
     const ROBOTS: u32 = 3;
 
-    type AnswersOfAll = Vec<Option<Command>>;
+    type AnswersOfAll = Vec<Option<Answer>>;
 
     fn joined(mut squad: impl Squad) -> (impl Squad, AnswersOfAll) {
         let mut answers = vec![None; ROBOTS as usize];
@@ -149,7 +163,7 @@ mod tests {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../../scenarios/swarmbots.toml"), &[]).unwrap();
         let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
-        InProcess::new(robots, move |id| CoverageController::new(id, setup))
+        InProcess::new(robots, SHORT_PAYLOAD_BYTES, move |id| CoverageController::new(id, setup))
     }
 
     fn squad() -> (impl Squad, AnswersOfAll) {
@@ -171,8 +185,8 @@ mod tests {
         squad.collect(answers, &mut |_| ()).unwrap();
     }
 
-    fn sequence(answers: &[Option<Command>], robot: usize) -> Option<u32> {
-        answers[robot].map(|command| command.packet.sequence)
+    fn sequence(answers: &[Option<Answer>], robot: usize) -> Option<u32> {
+        answers[robot].map(|answer| answer.sequence)
     }
 
     #[test]
@@ -189,7 +203,7 @@ mod tests {
         }
         apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Restart);
         let born = RobotId { index: 1, incarnation: 1 };
-        assert_eq!(answers[1].unwrap().packet.sender, born);
+        assert_eq!(answers[1].unwrap().sender, born);
         assert_eq!((squad.robot_statuses()[1].id, squad.robot_statuses()[1].is_alive()), (born, true));
     }
 
@@ -241,5 +255,32 @@ mod tests {
             assert_eq!(answers, wanted, "{action:?}");
             assert_eq!(both.robot_statuses(), one.robot_statuses(), "{action:?}");
         }
+    }
+
+    /// Says more from percept to percept.
+    struct Talkative(usize);
+
+    impl Controller for Talkative {
+        fn boot(&mut self) -> Command {
+            Command::REST
+        }
+
+        fn step(&mut self, _: &Percept, _: &mut dyn StageObserver) -> Command {
+            self.0 += 1;
+            Command { payload: Payload::try_from(&[7; 128][..self.0]).unwrap(), ..Command::REST }
+        }
+    }
+
+    #[test]
+    fn a_command_that_says_more_than_is_allowed_is_refused_and_counted() {
+        let mut squad = InProcess::new(0..1, 3, |_| Talkative(0));
+        let mut answers = vec![None];
+        for tick in 0..5 {
+            squad.send(&[Percept::empty(tick)]).unwrap();
+            squad.collect(&mut answers, &mut |_| ()).unwrap();
+            let said = answers[0].map(|answer| answer.command.payload.len());
+            assert_eq!(said, Some(tick as usize + 1).filter(|&len| len <= 3));
+        }
+        assert_eq!(squad.robot_statuses()[0].refused, 2);
     }
 }

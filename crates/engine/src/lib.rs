@@ -9,29 +9,27 @@
 //! use protocol::{
 //!     command::Command,
 //!     controller::{Controller, StageObserver},
-//!     frame::BodyVector,
-//!     packet::Transmitter,
 //!     percept::Percept,
 //! };
 //! use scenario::Scenario;
 //!
 //! /// Stands still and is heard.
-//! struct Beacon(Transmitter);
+//! struct Beacon;
 //!
 //! impl Controller for Beacon {
 //!     fn boot(&mut self) -> Command {
-//!         Command { estimated_error: None, velocity: BodyVector::HERE, packet: self.0.packet(0.0) }
+//!         Command::REST
 //!     }
 //!
 //!     fn step(&mut self, _: &Percept, _: &mut dyn StageObserver) -> Command {
-//!         self.boot()
+//!         Command::REST
 //!     }
 //! }
 //!
 //! let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\n\
 //!             controller.gain_per_s = 1\nchannel.range_m = 1";
 //! let scenario = Scenario::parse("beacons", text, &[])?;
-//! let mut squad = InProcess::new(0..scenario.robot_count(), |robot| Beacon(Transmitter::new(robot)));
+//! let mut squad = InProcess::new(0..scenario.robot_count(), 4, |_| Beacon);
 //! let summary = engine::run(&scenario, &mut squad, &mut [])?;
 //! assert_eq!(summary.ticks, 10);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -11,7 +11,7 @@ use arena::{
 };
 use profile::CycleTimes;
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -126,7 +126,7 @@ pub struct TickView<'a> {
     pub(crate) scenario: &'a Scenario,
     pub(crate) arena: &'a Arena,
     pub(crate) squad: &'a dyn Squad,
-    pub(crate) answers: &'a [Option<Command>],
+    pub(crate) answers: &'a [Option<Answer>],
     pub(crate) errors: EstimatedErrors,
     pub(crate) took: Duration,
     pub(crate) stamps: Option<TickStamps>,
@@ -176,7 +176,7 @@ impl TickView<'_> {
     }
 
     /// Returns each robot's command in force; `None` of a silent one.
-    pub fn answers(&self) -> &[Option<Command>] {
+    pub fn answers(&self) -> &[Option<Answer>] {
         self.answers
     }
 

@@ -7,7 +7,7 @@ use std::{
 
 use arena::{Arena, metrics::EstimatedErrors, placement::PlacementError};
 use hdrhistogram::Histogram;
-use protocol::{command::Command, setup::Mode};
+use protocol::{command::Answer, setup::Mode};
 use scenario::Scenario;
 use squad::{
     Incident, RobotStatus, Squad, SquadError,
@@ -108,7 +108,7 @@ struct Run<'a, 'o> {
     arena: &'a mut Arena,
     squad: &'a mut dyn Squad,
     plan: Plan,
-    answers: Vec<Option<Command>>,
+    answers: Vec<Option<Answer>>,
     observers: Observers<'a, 'o>,
     stop: &'a StopFlag,
     /// Moments of the present tick, if agents are measured.
@@ -352,7 +352,7 @@ fn view<'a>(
     scenario: &'a Scenario,
     arena: &'a Arena,
     squad: &'a dyn Squad,
-    answers: &'a [Option<Command>],
+    answers: &'a [Option<Answer>],
     stamps: Option<TickStamps>,
     errors: EstimatedErrors,
 ) -> TickView<'a> {

@@ -158,7 +158,7 @@ mod tests {
     use arena::Arena;
     use coverage::CoverageController;
     use engine::InProcess;
-    use protocol::setup::Mode;
+    use protocol::{payload::SHORT_PAYLOAD_BYTES, setup::Mode};
 
     use super::*;
 
@@ -174,7 +174,9 @@ mod tests {
             .map(|pose| [pose.position.x, pose.position.y])
             .collect();
         let mut trial = Trial::new(&scenario, start);
-        let mut squad = InProcess::new(0..scenario.robot_count(), |id| CoverageController::new(id, setup));
+        let mut squad = InProcess::new(0..scenario.robot_count(), SHORT_PAYLOAD_BYTES, |id| {
+            CoverageController::new(id, setup)
+        });
         engine::run(&scenario, &mut squad, &mut [&mut trial]).unwrap();
         trial.record().unwrap()
     }

@@ -74,7 +74,7 @@ pub struct PacketNumber {
 impl PacketNumber {
     /// Of `packet`.
     pub fn of(packet: &Packet) -> Self {
-        Self { incarnation: packet.sender.incarnation, sequence: packet.sequence }
+        Self { incarnation: packet.sender().incarnation, sequence: packet.sequence() }
     }
 }
 

@@ -16,7 +16,7 @@ use std::{thread, time::Instant};
 
 use profile::CycleTimes;
 use protocol::{
-    command::Command,
+    command::Answer,
     percept::{Percept, Tick},
 };
 use scenario::ProcessFault;
@@ -29,7 +29,7 @@ pub use waiting::{Awaited, NAMED_MAX, Waited, Waiting};
 use stop::StopFlag;
 
 /// One entry per robot of the run: its command, or `None` while its agent is silent.
-pub type Answers = [Option<Command>];
+pub type Answers = [Option<Answer>];
 
 /// Takes word of who is waited for, again and again while that goes on; `None` once it is nobody.
 pub type WaitingSink<'a> = dyn FnMut(Option<Waiting>) + 'a;

@@ -71,6 +71,7 @@ mod tests {
         AgentSetup {
             mode: Mode::Lockstep,
             plane: Plane::PublishSubscribe,
+            payload_bytes_max: 128,
             cycle: Seconds::new(0.5).unwrap(),
             clock: ClockSetup { drift_ppm: 0.5, jitter: Seconds::new(0.25).unwrap(), seed: 3 },
             controller: ControllerSetup {

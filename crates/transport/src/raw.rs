@@ -1,7 +1,8 @@
 //! Messages as shared memory holds them: raw numbers, checked once on arrival.
 //!
 //! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header, or on a blackboard its
-//! parts in several values; a command is one [`RawCommand`]. Any process of the same user can write here, so nothing is
+//! parts in several values; a command is one [`RawCommand`]. A frame that is longer than a [`RawFrame`] goes beside it,
+//! whole, as a [`RawLongFrame`]: only scenarios that allow such payloads have room for these. Any process of the same user can write here, so nothing is
 //! believed: [`RawCommand::check`] and [`RawPercept::read`] turn bytes into checked types, or say
 //! why not. Both directions keep every bit of every number, so that processes and the in-process
 //! engine compute the same.
@@ -10,14 +11,12 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::clock::Stamp;
 use protocol::{
-    command::Command,
+    command::{Answer, Command},
     frame::BodyVector,
     odometry::Odometry,
-    packet::{PACKET_BYTES_MAX, Packet, PacketError},
-    percept::{
-        COMPONENTS_MAX, DELIVERIES_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX,
-        Wall,
-    },
+    packet::{FRAME_BYTES_MAX, PacketError, PacketView, frame_bytes},
+    payload::{Payload, PayloadOverLimit, SHORT_PAYLOAD_BYTES},
+    percept::{COMPONENTS_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
     units::{Meters, NotFinite, Radians},
 };
@@ -31,16 +30,41 @@ pub const BOOT_TICK: Tick = Tick::MAX;
 /// difference of two readings is finite.
 const REASON: f64 = 1e12;
 
-/// One infrared frame: the first `len` bytes count.
+/// Longest frame that lies in a message itself, in bytes.
+const SHORT_FRAME_BYTES: usize = frame_bytes(SHORT_PAYLOAD_BYTES);
+
+/// One infrared frame, or the beginning of one that is longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 pub struct RawFrame {
-    /// Bytes in use; more than [`PACKET_BYTES_MAX`] is refused.
+    /// Length of the whole frame.
     pub len: u8,
-    /// The frame, padded with zeros.
-    pub bytes: [u8; PACKET_BYTES_MAX],
+    /// The frame, padded with zeros, or as much of it as fits.
+    pub bytes: [u8; SHORT_FRAME_BYTES],
 }
 const _: () = assert!(size_of::<RawFrame>() == 24);
+
+/// A frame of any length: of one that does not fit into a [`RawFrame`] all bytes, padded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawLongFrame(pub [u8; LONG_FRAME_BYTES]);
+/// [`FRAME_BYTES_MAX`] in whole words.
+const LONG_FRAME_BYTES: usize = FRAME_BYTES_MAX.next_multiple_of(8);
+
+impl RawLongFrame {
+    /// All bytes of `frame`, padded with zeros.
+    pub fn of(frame: &[u8]) -> Self {
+        let mut long = Self::default();
+        long.0[..frame.len()].copy_from_slice(frame);
+        long
+    }
+}
+
+impl Default for RawLongFrame {
+    fn default() -> Self {
+        Self([0; LONG_FRAME_BYTES])
+    }
+}
 
 /// A packet as one receiver heard it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -56,6 +80,17 @@ pub struct RawDelivery {
     pub frame: RawFrame,
 }
 const _: () = assert!(size_of::<RawDelivery>() == 48);
+
+/// The same where frames may be long.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+pub struct RawLongDelivery {
+    /// Measurement, and the beginning of the frame.
+    pub delivery: RawDelivery,
+    /// The frame, if it is long.
+    pub frame: RawLongFrame,
+}
+const _: () = assert!(size_of::<RawLongDelivery>() == 192);
 
 /// A wall: r · (cos bearing, sin bearing) <= distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -229,6 +264,9 @@ pub enum CommandError {
     /// It neither has an estimated error nor has none.
     #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
     Flag(u32),
+    /// Its packet says more than the scenario allows.
+    #[error(transparent)]
+    Payload(#[from] PayloadOverLimit),
     /// Its packet would not decode.
     #[error("its packet does not decode: {0}")]
     Packet(#[from] PacketError),
@@ -261,20 +299,36 @@ pub enum PerceptError {
 }
 
 impl RawFrame {
-    /// The frame of `packet`.
-    pub fn of(packet: &Packet) -> Self {
-        let encoded = packet.encode();
-        let mut bytes = [0; PACKET_BYTES_MAX];
-        bytes[..encoded.len()].copy_from_slice(&encoded);
-        Self { len: encoded.len() as u8, bytes }
+    /// The frame, or the beginning of it.
+    #[inline]
+    pub fn of(frame: &[u8]) -> Self {
+        let mut bytes = [0; SHORT_FRAME_BYTES];
+        let len = frame.len().min(SHORT_FRAME_BYTES);
+        bytes[..len].copy_from_slice(&frame[..len]);
+        Self { len: frame.len() as u8, bytes }
     }
 
-    /// Reads the packet in this frame.
-    pub fn decode(&self) -> Result<Packet, PacketError> {
+    /// Whether the frame is longer than what lies here.
+    #[inline]
+    pub fn is_long(&self) -> bool {
+        usize::from(self.len) > SHORT_FRAME_BYTES
+    }
+
+    /// The whole frame, from `long` if it does not lie here; that must begin as what does.
+    #[inline]
+    pub fn whole<'a>(&'a self, long: &'a [u8]) -> Result<&'a [u8], PacketError> {
         let len = usize::from(self.len);
-        let frame =
-            self.bytes.get(..len).ok_or(PacketError::Length { expected: PACKET_BYTES_MAX, actual: len })?;
-        Packet::decode(frame)
+        match self.bytes.get(..len) {
+            Some(frame) => Ok(frame),
+            None => (long.get(..len).filter(|frame| frame.starts_with(&self.bytes)))
+                .ok_or(PacketError::Length { expected: len, actual: SHORT_FRAME_BYTES }),
+        }
+    }
+
+    /// Number of the packet as the frame has it, whatever the rest of it is.
+    pub(crate) fn sequence(&self) -> u32 {
+        let bytes = &self.bytes;
+        u32::from_le_bytes([bytes[8], bytes[9], bytes[10], bytes[11]])
     }
 }
 
@@ -295,18 +349,19 @@ impl RawTimes {
 }
 
 impl RawCommand {
-    /// The message that carries `command` as the answer to `tick`, by an agent that measured nothing.
-    pub fn new(tick: Tick, command: &Command, pid: u32) -> Self {
+    /// The message that carries `answer` to `tick`, whose packet is in `frame`, by an agent that measured nothing.
+    pub fn new(tick: Tick, answer: &Answer, frame: &[u8], pid: u32) -> Self {
+        let Answer { sender, command, .. } = answer;
         let error = command.estimated_error.unwrap_or(BodyVector::HERE);
         Self {
             tick,
-            robot: command.packet.sender.index,
-            incarnation: command.packet.sender.incarnation.into(),
+            robot: sender.index,
+            incarnation: sender.incarnation.into(),
             error_x_m: error.0.x,
             error_y_m: error.0.y,
             velocity_x_m_per_s: command.velocity.0.x,
             velocity_y_m_per_s: command.velocity.0.y,
-            frame: RawFrame::of(&command.packet),
+            frame: RawFrame::of(frame),
             pid,
             has_error: command.estimated_error.is_some().into(),
             times: RawTimes::default(),
@@ -318,8 +373,15 @@ impl RawCommand {
         Self { times, ..self }
     }
 
-    /// Checks everything a command claims: tick, sender, numbers, packet.
-    pub fn check(&self, expected: RobotId, tick: Tick) -> Result<Command, CommandError> {
+    /// Checks everything a command claims: tick, sender, numbers, packet. A long frame is in `long`; payloads have up
+    /// to `limit` bytes.
+    pub fn check(
+        &self,
+        long: &[u8],
+        limit: usize,
+        expected: RobotId,
+        tick: Tick,
+    ) -> Result<Answer, CommandError> {
         if self.robot != expected.index || self.incarnation != u32::from(expected.incarnation) {
             return Err(CommandError::Sender { expected, index: self.robot, incarnation: self.incarnation });
         }
@@ -336,12 +398,17 @@ impl RawCommand {
             unknown => return Err(CommandError::Flag(unknown)),
         };
         let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
-        let packet = self.frame.decode()?;
-        if packet.sender != expected {
-            let RobotId { index, incarnation } = packet.sender;
+        let length = usize::from(self.frame.len).saturating_sub(frame_bytes(0));
+        if length > limit {
+            return Err(PayloadOverLimit { length, limit }.into());
+        }
+        let PacketView { sender, sequence, payload } = PacketView::decode(self.frame.whole(long)?)?;
+        if sender != expected {
+            let RobotId { index, incarnation } = sender;
             return Err(CommandError::Sender { expected, index, incarnation: incarnation.into() });
         }
-        Ok(Command { estimated_error, velocity, packet })
+        let payload = Payload::try_from(payload).expect("a decoded payload is no longer than any packet's");
+        Ok(Answer { sender, sequence, command: Command { estimated_error, velocity, payload } })
     }
 }
 
@@ -356,13 +423,23 @@ impl RawDelivery {
         }
     }
 
-    fn check(&self) -> Option<Delivery> {
-        Some(Delivery {
-            packet: self.frame.decode().ok()?,
-            range: Meters::new(self.range_m)?,
-            bearing: Radians::new(self.bearing_rad)?,
-            orientation: Radians::new(self.orientation_rad)?,
-        })
+    /// Checks the delivery, whose frame is in `long` if it does not lie here, and adds it to `percept`; whether it is in
+    /// order, and there was room.
+    #[inline]
+    fn read(&self, long: &[u8], percept: &mut Percept) -> bool {
+        let checked = || {
+            let range = Meters::new(self.range_m)?;
+            let bearing = Radians::new(self.bearing_rad)?;
+            let orientation = Radians::new(self.orientation_rad)?;
+            Some((range, bearing, orientation, PacketView::decode(self.frame.whole(long).ok()?).ok()?))
+        };
+        let Some((range, bearing, orientation, packet)) = checked().filter(|_| !percept.deliveries.is_full())
+        else {
+            return false;
+        };
+        let packet = percept.packet(&packet);
+        percept.deliveries.push(Delivery { packet, range, bearing, orientation });
+        true
     }
 }
 
@@ -420,7 +497,7 @@ impl RawHead {
         percept.walls.extend(walls.iter().flat_map(RawWall::check));
         percept.field.clear();
         percept.field.extend(field.iter().flat_map(RawComponent::check));
-        percept.deliveries.clear();
+        percept.clear_deliveries();
         Ok(())
     }
 
@@ -456,13 +533,6 @@ impl RawPercept {
     pub fn new(percept: &Percept) -> Self {
         Self { head: RawHead::new(percept), walls: raw_walls(percept), field: raw_field(percept) }
     }
-
-    /// Checks this header and its deliveries and writes them to `percept`, which stays as it was
-    /// if the header is refused. Deliveries that do not decode are left out; returns how many.
-    pub fn read(&self, deliveries: &[RawDelivery], percept: &mut Percept) -> Result<u32, PerceptError> {
-        self.head.read(&self.walls, &self.field, percept)?;
-        Ok(add_deliveries(deliveries, percept))
-    }
 }
 
 /// The walls of `percept`, padded with zeros.
@@ -483,12 +553,14 @@ pub fn raw_field(percept: &Percept) -> RawField {
     raw
 }
 
-/// Adds to `percept` what decodes and has room; returns how many do not.
-pub fn add_deliveries(raw: &[RawDelivery], percept: &mut Percept) -> u32 {
-    let before = percept.deliveries.len();
-    let room = DELIVERIES_MAX - before;
-    percept.deliveries.extend(raw.iter().filter_map(RawDelivery::check).take(room));
-    (raw.len() - (percept.deliveries.len() - before)) as u32
+/// Adds to `percept` what decodes and has room, each with the bytes of its frame if that is long; returns how many do
+/// not.
+#[inline]
+pub fn add_deliveries<'a>(
+    raw: impl IntoIterator<Item = (&'a RawDelivery, &'a [u8])>,
+    percept: &mut Percept,
+) -> u32 {
+    raw.into_iter().filter(|(delivery, long)| !delivery.read(long, percept)).count() as u32
 }
 
 impl RawWall {
@@ -533,33 +605,63 @@ fn finite(value: f64, unit: &'static str) -> Result<f64, NotFinite> {
 mod tests {
 
     use proptest::prelude::*;
+    use protocol::packet::Frame;
 
     use super::*;
 
     const ROBOT: RobotId = RobotId { index: 7, incarnation: 2 };
 
-    fn command() -> Command {
-        Command {
+    fn answer(payload: &[u8]) -> Answer {
+        let command = Command {
             estimated_error: Some(BodyVector::new(0.1, -0.2)),
             velocity: BodyVector::new(0.01, -0.02),
-            packet: Packet { sender: ROBOT, sequence: 5, light: 3.5 },
-        }
+            payload: Payload::try_from(payload).unwrap(),
+        };
+        Answer { sender: ROBOT, sequence: 5, command }
+    }
+
+    fn carried(answer: &Answer) -> (RawCommand, Frame) {
+        let frame = answer.packet().encode();
+        (RawCommand::new(12, answer, &frame, 4242), frame)
     }
 
     fn raw() -> RawCommand {
-        RawCommand::new(12, &command(), 4242)
+        carried(&answer(&[1, 2, 3, 4])).0
     }
 
     fn refusal(raw: RawCommand) -> String {
-        raw.check(ROBOT, 12).unwrap_err().to_string()
+        raw.check(&[], 9, ROBOT, 12).unwrap_err().to_string()
     }
 
     #[test]
-    fn a_command_survives_shared_memory() {
-        let lost = Command { estimated_error: None, ..command() };
-        for command in [command(), lost] {
-            assert_eq!(RawCommand::new(12, &command, 4242).check(ROBOT, 12), Ok(command));
+    fn a_command_survives_shared_memory_whatever_its_payload() {
+        for len in [0, 4, 9, 10, 128] {
+            let mut answer = answer(&[7; 128][..len]);
+            for estimated_error in [answer.command.estimated_error, None] {
+                answer.command.estimated_error = estimated_error;
+                let (raw, frame) = carried(&answer);
+                assert_eq!(raw.check(&frame, 128, ROBOT, 12), Ok(answer));
+                assert_eq!(raw.frame.is_long(), len > SHORT_PAYLOAD_BYTES);
+            }
         }
+    }
+
+    #[test]
+    fn a_payload_longer_than_the_scenario_allows_is_refused() {
+        let (raw, frame) = carried(&answer(&[7; 40]));
+        assert_eq!(
+            raw.check(&frame, 39, ROBOT, 12).unwrap_err().to_string(),
+            "its payload of 40 bytes is longer than the 39 that `channel.payload_bytes_max` allows"
+        );
+        assert!(raw.check(&frame, 40, ROBOT, 12).is_ok());
+    }
+
+    #[test]
+    fn a_long_frame_that_is_not_there_or_begins_otherwise_is_refused() {
+        let (raw, mut frame) = carried(&answer(&[7; 40]));
+        assert!(raw.check(&[], 40, ROBOT, 12).is_err());
+        frame[8] ^= 1;
+        assert!(raw.check(&frame, 40, ROBOT, 12).is_err());
     }
 
     #[test]
@@ -598,7 +700,10 @@ mod tests {
     fn a_packet_longer_than_a_frame_is_refused() {
         let mut long = raw();
         long.frame.len = 200;
-        assert_eq!(refusal(long), "its packet does not decode: frame holds 200 bytes, this packet needs 23");
+        assert_eq!(
+            refusal(long),
+            "its payload of 186 bytes is longer than the 9 that `channel.payload_bytes_max` allows"
+        );
     }
 
     #[test]
@@ -610,9 +715,8 @@ mod tests {
 
     #[test]
     fn a_packet_in_another_robots_name_is_refused() {
-        let forged =
-            Command { packet: Packet { sender: RobotId::first(3), ..command().packet }, ..command() };
-        let raw = RawCommand { robot: 7, incarnation: 2, ..RawCommand::new(12, &forged, 1) };
+        let forged = Answer { sender: RobotId::first(3), ..answer(&[]) };
+        let raw = RawCommand { robot: 7, incarnation: 2, ..carried(&forged).0 };
         assert!(refusal(raw).contains("names robot 3"));
     }
 
@@ -622,12 +726,15 @@ mod tests {
         percept.bump = true;
         let heading = Radians::new(-3.0).unwrap();
         percept.odometry = Some(Odometry { position: BodyVector::new(-0.25, 7.0), heading });
-        percept.deliveries.push(Delivery {
-            packet: command().packet,
-            range: Meters::new(0.3).unwrap(),
-            bearing: Radians::new(-1.0).unwrap(),
-            orientation: Radians::new(2.0).unwrap(),
-        });
+        for payload in [&[][..], &[1; 4], &[2; 9], &[3; 10], &[4; 128]] {
+            let packet = percept.packet(&answer(payload).packet());
+            percept.deliveries.push(Delivery {
+                packet,
+                range: Meters::new(0.3).unwrap(),
+                bearing: Radians::new(-1.0).unwrap(),
+                orientation: Radians::new(2.0).unwrap(),
+            });
+        }
         percept.walls.push(Wall { distance: Meters::new(1.0).unwrap(), bearing: Radians::new(0.1).unwrap() });
         percept.field.push(FieldComponent::Lamp {
             position: BodyVector::new(1.0, 2.0),
@@ -637,9 +744,19 @@ mod tests {
         percept
     }
 
-    fn deliveries(percept: &Percept) -> Vec<RawDelivery> {
-        let raw = |delivery: &Delivery| RawDelivery::new(delivery, RawFrame::of(&delivery.packet));
+    fn deliveries(percept: &Percept) -> Vec<(RawDelivery, Frame)> {
+        let raw = |delivery: &Delivery| {
+            let frame = delivery.packet.view(percept.payload(delivery)).encode();
+            (RawDelivery::new(delivery, RawFrame::of(&frame)), frame)
+        };
         percept.deliveries.iter().map(raw).collect()
+    }
+
+    fn read(raw: &RawPercept, deliveries: &[(RawDelivery, Frame)]) -> (Result<u32, PerceptError>, Percept) {
+        let mut percept = Percept::empty(0);
+        let deliveries = deliveries.iter().map(|(delivery, frame)| (delivery, &frame[..]));
+        let head = raw.head.read(&raw.walls, &raw.field, &mut percept);
+        (head.map(|()| add_deliveries(deliveries, &mut percept)), percept)
     }
 
     #[test]
@@ -652,18 +769,22 @@ mod tests {
 
     #[test]
     fn a_percept_survives_shared_memory() {
-        let (sent, mut read) = (percept(), Percept::empty(0));
-        assert_eq!(RawPercept::new(&sent).read(&deliveries(&sent), &mut read), Ok(0));
-        assert_eq!(read, sent);
+        let sent = percept();
+        let (refused, received) = read(&RawPercept::new(&sent), &deliveries(&sent));
+        assert_eq!((refused, &received), (Ok(0), &sent));
+        let lengths: Vec<_> = received.deliveries.iter().map(|heard| received.payload(heard).len()).collect();
+        assert_eq!(lengths, [0, 4, 9, 10, 128]);
     }
 
     #[test]
     fn a_delivery_that_does_not_decode_is_left_out_and_counted() {
-        let (sent, mut read) = (percept(), Percept::empty(0));
+        let sent = percept();
         let mut raw = deliveries(&sent);
-        raw.push(RawDelivery { range_m: f64::NAN, ..raw[0] });
-        assert_eq!(RawPercept::new(&sent).read(&raw, &mut read), Ok(1));
-        assert_eq!(read.deliveries.len(), 1);
+        raw.push(raw[4].clone());
+        raw[0].0.range_m = f64::NAN;
+        raw[4].1[100] ^= 1;
+        let (refused, received) = read(&RawPercept::new(&sent), &raw);
+        assert_eq!((refused, received.deliveries.len()), (Ok(2), 4));
     }
 
     #[test]
@@ -678,9 +799,9 @@ mod tests {
             RawHead { has_odometry: 2, ..good },
         ];
         for head in heads {
-            let mut read = Percept::empty(0);
-            assert!(RawPercept { head, ..RawPercept::new(&percept()) }.read(&[], &mut read).is_err());
-            assert_eq!(read, Percept::empty(0), "nothing of it is believed");
+            let (refused, received) = read(&RawPercept { head, ..RawPercept::new(&percept()) }, &[]);
+            assert!(refused.is_err());
+            assert_eq!(received, Percept::empty(0), "nothing of it is believed");
         }
     }
 
@@ -688,15 +809,15 @@ mod tests {
     fn a_percept_that_overstates_its_walls_is_refused() {
         let mut raw = RawPercept::new(&percept());
         raw.head.walls_len = 9;
-        assert!(raw.read(&[], &mut Percept::empty(0)).is_err());
+        assert!(read(&raw, &[]).0.is_err());
     }
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; PACKET_BYTES_MAX]) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
             let frame = RawFrame { len, bytes };
             let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, frame, ..RawCommand::default() };
-            let _ = raw.check(ROBOT, 12);
+            let _ = raw.check(&long, 128, ROBOT, 12);
         }
     }
 }

@@ -24,11 +24,17 @@ use iceoryx2::{
 
 use crate::{
     frame_cache::Frames,
-    raw::{PerceptError, RawCommand},
+    raw::{CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame},
     run_dir::RunDir,
     shared_memory::explained,
 };
-use protocol::{percept::Percept, robot_id::RobotId, setup::Plane};
+use protocol::{
+    command::Answer,
+    payload::SHORT_PAYLOAD_BYTES,
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+    setup::Plane,
+};
 
 /// The arena, the agent, and one more that tries to take the robot over and is told no.
 const NODES_PER_SERVICE: usize = 3;
@@ -78,12 +84,19 @@ pub struct Session {
 
 /// The arena's ends of one robot's services.
 #[derive(Debug)]
-pub struct ArenaPorts(ArenaEnds);
+pub struct ArenaPorts {
+    ends: ArenaEnds,
+    payload_bytes_max: usize,
+    /// The frame of the command that was received last, if it was long.
+    long: RawLongFrame,
+}
 
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "in lock-step all robots have the largest")]
 enum ArenaEnds {
     Blackboard(blackboard::ArenaPorts),
-    PublishSubscribe(publish_subscribe::ArenaPorts),
+    Queues(publish_subscribe::ArenaPorts<RawDelivery>),
+    LongQueues(publish_subscribe::ArenaPorts<RawLongDelivery>),
 }
 
 /// An agent's ends of its services.
@@ -94,7 +107,8 @@ pub struct AgentPorts(AgentEnds);
 #[expect(clippy::large_enum_variant, reason = "an agent has one, which stays where it is made")]
 enum AgentEnds {
     Blackboard(blackboard::AgentPorts),
-    PublishSubscribe(publish_subscribe::AgentPorts),
+    Queues(publish_subscribe::AgentPorts<RawDelivery>),
+    LongQueues(publish_subscribe::AgentPorts<RawLongDelivery>),
 }
 
 impl Session {
@@ -111,25 +125,44 @@ impl Session {
         Ok(Self { node })
     }
 
-    /// The arena makes the services of one life of a robot. They have room for as many deliveries as a percept
-    /// may hold, however few robots there are: copies and late packets come on top. Shared memory is taken
-    /// only where it is touched.
-    pub fn host(&self, robot: RobotId, plane: Plane) -> Result<ArenaPorts, ServiceError> {
-        Ok(ArenaPorts(match plane {
-            Plane::Blackboard => ArenaEnds::Blackboard(blackboard::ArenaPorts::host(&self.node, robot)?),
-            Plane::PublishSubscribe => {
-                ArenaEnds::PublishSubscribe(publish_subscribe::ArenaPorts::host(&self.node, robot)?)
+    /// The arena makes the services of one life of a robot, for packets with payloads of up to so many bytes. They have
+    /// room for as many deliveries as a percept may hold, however few robots there are: copies and late packets come on
+    /// top. Shared memory is taken only where it is touched.
+    pub fn host(
+        &self,
+        robot: RobotId,
+        plane: Plane,
+        payload_bytes_max: usize,
+    ) -> Result<ArenaPorts, ServiceError> {
+        use publish_subscribe::ArenaPorts as Queues;
+        let ends = match plane {
+            Plane::Blackboard => {
+                ArenaEnds::Blackboard(blackboard::ArenaPorts::host(&self.node, robot, payload_bytes_max)?)
             }
-        }))
+            Plane::PublishSubscribe if payload_bytes_max > SHORT_PAYLOAD_BYTES => {
+                ArenaEnds::LongQueues(Queues::host(&self.node, robot)?)
+            }
+            Plane::PublishSubscribe => ArenaEnds::Queues(Queues::host(&self.node, robot)?),
+        };
+        Ok(ArenaPorts { ends, payload_bytes_max, long: RawLongFrame::default() })
     }
 
-    /// An agent takes its place as `robot`.
-    pub fn join(&self, robot: RobotId, plane: Plane) -> Result<AgentPorts, ServiceError> {
+    /// An agent takes its place as `robot`, with what the arena has made its services with.
+    pub fn join(
+        &self,
+        robot: RobotId,
+        plane: Plane,
+        payload_bytes_max: usize,
+    ) -> Result<AgentPorts, ServiceError> {
+        use publish_subscribe::AgentPorts as Queues;
         Ok(AgentPorts(match plane {
-            Plane::Blackboard => AgentEnds::Blackboard(blackboard::AgentPorts::join(&self.node, robot)?),
-            Plane::PublishSubscribe => {
-                AgentEnds::PublishSubscribe(publish_subscribe::AgentPorts::join(&self.node, robot)?)
+            Plane::Blackboard => {
+                AgentEnds::Blackboard(blackboard::AgentPorts::join(&self.node, robot, payload_bytes_max)?)
             }
+            Plane::PublishSubscribe if payload_bytes_max > SHORT_PAYLOAD_BYTES => {
+                AgentEnds::LongQueues(Queues::join(&self.node, robot)?)
+            }
+            Plane::PublishSubscribe => AgentEnds::Queues(Queues::join(&self.node, robot)?),
         }))
     }
 }
@@ -143,28 +176,46 @@ fn service_name(what: &str, robot: RobotId) -> ServiceName {
 impl ArenaPorts {
     /// Sends one tick's percept, with the frames of its packets from `frames`.
     pub fn send(&mut self, percept: &Percept, frames: &mut Frames) -> Result<(), ServiceError> {
-        match &mut self.0 {
+        match &mut self.ends {
             ArenaEnds::Blackboard(ports) => {
                 ports.send(percept, frames);
                 Ok(())
             }
-            ArenaEnds::PublishSubscribe(ports) => ports.send(percept, frames),
+            ArenaEnds::Queues(ports) => ports.send(percept, frames),
+            ArenaEnds::LongQueues(ports) => ports.send(percept, frames),
         }
     }
 
     /// The next unread command, as it came.
     pub fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
-        match &mut self.0 {
-            ArenaEnds::Blackboard(ports) => Ok(ports.receive()),
-            ArenaEnds::PublishSubscribe(ports) => ports.receive(),
+        let long = &mut self.long;
+        match &mut self.ends {
+            ArenaEnds::Blackboard(ports) => Ok(ports.receive(long)),
+            ArenaEnds::Queues(ports) => ports.receive(long),
+            ArenaEnds::LongQueues(ports) => ports.receive(long),
         }
+    }
+
+    /// Checks the command that was received last: whether it is of life `expected`, and answers `tick`. The frame of its
+    /// packet goes to `frames`, for those who will hear it.
+    pub fn check(
+        &self,
+        command: &RawCommand,
+        expected: RobotId,
+        tick: Tick,
+        frames: &mut Frames,
+    ) -> Result<Answer, CommandError> {
+        let answer = command.check(&self.long.0, self.payload_bytes_max, expected, tick)?;
+        frames.keep(&answer.packet(), command.frame.whole(&self.long.0)?);
+        Ok(answer)
     }
 
     /// Whether a process that has opened the services has died without closing them.
     pub fn has_dead_agent(&self) -> bool {
-        let dead = match &self.0 {
+        let dead = match &self.ends {
             ArenaEnds::Blackboard(ports) => ports.dead_nodes(),
-            ArenaEnds::PublishSubscribe(ports) => ports.dead_nodes(),
+            ArenaEnds::Queues(ports) => ports.dead_nodes(),
+            ArenaEnds::LongQueues(ports) => ports.dead_nodes(),
         };
         !dead.is_empty()
     }
@@ -172,9 +223,10 @@ impl ArenaPorts {
     /// Identifiers that the names of files carry which a killed agent has left; none if there was
     /// no agent, if it has left in order, or if it lives.
     fn marks(&self) -> BTreeSet<String> {
-        match &self.0 {
+        match &self.ends {
             ArenaEnds::Blackboard(ports) => ports.marks(),
-            ArenaEnds::PublishSubscribe(ports) => ports.marks(),
+            ArenaEnds::Queues(ports) => ports.marks(),
+            ArenaEnds::LongQueues(ports) => ports.marks(),
         }
     }
 }
@@ -231,18 +283,20 @@ impl AgentPorts {
     ) -> Result<Option<Result<u32, PerceptError>>, ServiceError> {
         match &mut self.0 {
             AgentEnds::Blackboard(ports) => Ok(ports.receive(percept)),
-            AgentEnds::PublishSubscribe(ports) => ports.receive(percept),
+            AgentEnds::Queues(ports) => ports.receive(percept),
+            AgentEnds::LongQueues(ports) => ports.receive(percept),
         }
     }
 
-    /// Sends a command.
-    pub fn send(&mut self, command: RawCommand) -> Result<(), ServiceError> {
+    /// Sends a command, whose packet is in `frame`.
+    pub fn send(&mut self, command: RawCommand, frame: &[u8]) -> Result<(), ServiceError> {
         match &mut self.0 {
             AgentEnds::Blackboard(ports) => {
-                ports.send(command);
+                ports.send(command, frame);
                 Ok(())
             }
-            AgentEnds::PublishSubscribe(ports) => ports.send(command),
+            AgentEnds::Queues(ports) => ports.send(command, frame),
+            AgentEnds::LongQueues(ports) => ports.send(command, frame),
         }
     }
 }
@@ -270,7 +324,8 @@ mod tests {
     use protocol::{
         command::Command,
         frame::BodyVector,
-        packet::Packet,
+        packet::PacketView,
+        payload::{PAYLOAD_BYTES_MAX, Payload},
         percept::{DELIVERIES_MAX, Delivery, FieldComponent, Wall},
         units::{Meters, Radians},
     };
@@ -282,54 +337,104 @@ mod tests {
 
     const PLANES: [Plane; 2] = [Plane::Blackboard, Plane::PublishSubscribe];
 
-    fn command(sequence: u32) -> Command {
-        let packet = Packet { sender: RobotId::first(0), sequence, light: 0.5 };
-        Command { estimated_error: Some(BodyVector::new(1.0, 2.0)), velocity: BodyVector::HERE, packet }
+    /// Payloads that a scenario may allow: short and long ones.
+    const LIMITS: [usize; 2] = [SHORT_PAYLOAD_BYTES, PAYLOAD_BYTES_MAX];
+    /// Lengths of payloads, in bytes.
+    const LENGTHS: [usize; 5] = [4, 0, 9, 10, 128];
+
+    fn payload(at: usize, limit: usize) -> Payload {
+        let bytes = [at as u8; PAYLOAD_BYTES_MAX];
+        Payload::try_from(&bytes[..LENGTHS[at % LENGTHS.len()].min(limit)]).unwrap()
     }
 
-    /// One with so much of everything.
-    fn percept(tick: u64, deliveries: usize, walls: usize, field: usize) -> Percept {
+    fn answer(sequence: u32, limit: usize) -> Answer {
+        let command = Command {
+            estimated_error: Some(BodyVector::new(1.0, 2.0)),
+            velocity: BodyVector::HERE,
+            payload: payload(sequence as usize, limit),
+        };
+        Answer { sender: RobotId::first(0), sequence, command }
+    }
+
+    fn send(agent: &mut AgentPorts, tick: Tick, answer: &Answer) {
+        let frame = answer.packet().encode();
+        agent.send(RawCommand::new(tick, answer, &frame, 1), &frame).unwrap();
+    }
+
+    /// One with so much of everything, and payloads up to `limit`.
+    fn percept(tick: u64, limit: usize, [deliveries, walls, field]: [usize; 3]) -> Percept {
         let mut percept = Percept::empty(tick);
         percept.light.value = tick as f64;
         let length = |at: usize| Meters::new(at as f64).unwrap();
         let bearing = Radians::new(0.5).unwrap();
-        percept.deliveries = (0..deliveries)
-            .map(|at| Delivery {
-                packet: Packet { sender: RobotId::first(at as u32), sequence: tick as u32, light: 1.5 },
-                range: length(at),
-                bearing,
-                orientation: bearing,
-            })
-            .collect();
+        for at in 0..deliveries {
+            let payload = payload(at + tick as usize, limit);
+            let sender = RobotId::first(at as u32);
+            let packet = percept.packet(&PacketView { sender, sequence: tick as u32, payload: &payload });
+            percept.deliveries.push(Delivery { packet, range: length(at), bearing, orientation: bearing });
+        }
         percept.walls = (0..walls).map(|at| Wall { distance: length(at), bearing }).collect();
         percept.field = (0..field).map(|at| FieldComponent::Constant(at as f64)).collect();
         percept
     }
 
+    /// Every plane with every limit.
+    fn cases() -> impl Iterator<Item = (Plane, usize)> {
+        PLANES.into_iter().flat_map(|plane| LIMITS.map(|limit| (plane, limit)))
+    }
+
     /// Conformance of both planes: what passes this can carry any run.
     #[test]
     fn percepts_go_down_and_commands_come_up_on_either_plane() {
-        for plane in PLANES {
+        for (plane, limit) in cases() {
             let (run, owner) = run("roundtrip");
             let robot = RobotId::first(0);
             let arena = Session::enter(&run).unwrap();
-            let mut host = arena.host(robot, plane).unwrap();
-            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+            let mut host = arena.host(robot, plane, limit).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane, limit).unwrap();
             let (mut read, mut frames) = (Percept::empty(0), Frames::of(DELIVERIES_MAX));
             assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}");
             assert_eq!(host.receive(), Ok(None), "{plane:?}");
-            let sizes = [(0, 0, 0), (1, 4, 0), (8, 0, 3), (9, 8, 16), (256, 1, 1), (7, 0, 0), (0, 2, 0)];
-            for (tick, (deliveries, walls, field)) in (0..).zip(sizes) {
-                let sent = percept(tick, deliveries, walls, field);
+            let sizes = [[0, 0, 0], [1, 4, 0], [8, 0, 3], [9, 8, 16], [256, 1, 1], [7, 0, 0], [0, 2, 0]];
+            for (tick, sizes) in (0..).zip(sizes) {
+                let sent = percept(tick, limit, sizes);
                 host.send(&sent, &mut frames).unwrap();
                 assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}, tick {tick}");
                 assert_eq!(read, sent, "{plane:?}");
                 assert_eq!(agent.receive(&mut read), Ok(None), "{plane:?}: it is read once");
 
-                let command = command(tick as u32);
-                agent.send(RawCommand::new(tick, &command, 1)).unwrap();
-                assert_eq!(host.receive().unwrap().unwrap().check(robot, tick), Ok(command), "{plane:?}");
+                let answer = answer(tick as u32, limit);
+                send(&mut agent, tick, &answer);
+                let command = host.receive().unwrap().unwrap();
+                assert_eq!(host.check(&command, robot, tick, &mut frames), Ok(answer), "{plane:?}");
                 assert_eq!(host.receive(), Ok(None), "{plane:?}: it is read once");
+            }
+            drop((host, agent, arena));
+            run.remove_own(owner).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_payload_beyond_the_limit_is_refused_by_its_length_and_the_next_command_is_read() {
+        for (plane, limit) in PLANES.into_iter().flat_map(|plane| [0, 4, 9, 100].map(|limit| (plane, limit)))
+        {
+            let (run, owner) = run("limit");
+            let robot = RobotId::first(0);
+            let arena = Session::enter(&run).unwrap();
+            let mut host = arena.host(robot, plane, limit).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane, limit).unwrap();
+            let mut frames = Frames::of(1);
+            for (length, refused) in [(limit + 1, true), (128, true), (limit, false)] {
+                let mut answer = answer(length as u32, limit);
+                answer.command.payload = Payload::try_from(&[1; 128][..length]).unwrap();
+                send(&mut agent, 0, &answer);
+                let command = host.receive().unwrap().unwrap();
+                let expected = if refused {
+                    Err(CommandError::Payload(protocol::payload::PayloadOverLimit { length, limit }))
+                } else {
+                    Ok(answer)
+                };
+                assert_eq!(host.check(&command, robot, 0, &mut frames), expected, "{plane:?} {limit}");
             }
             drop((host, agent, arena));
             run.remove_own(owner).unwrap();
@@ -339,17 +444,17 @@ mod tests {
     /// A new trial sends the same tick once more.
     #[test]
     fn the_same_message_again_is_a_new_one() {
-        for plane in PLANES {
+        for (plane, limit) in cases() {
             let (run, owner) = run("again");
             let robot = RobotId::first(0);
             let arena = Session::enter(&run).unwrap();
-            let mut host = arena.host(robot, plane).unwrap();
-            let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+            let mut host = arena.host(robot, plane, limit).unwrap();
+            let mut agent = Session::enter(&run).unwrap().join(robot, plane, limit).unwrap();
             let (mut read, mut frames) = (Percept::empty(0), Frames::of(1));
             for _ in 0..2 {
-                host.send(&percept(3, 1, 1, 0), &mut frames).unwrap();
+                host.send(&percept(3, limit, [1, 1, 0]), &mut frames).unwrap();
                 assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "{plane:?}");
-                agent.send(RawCommand::new(3, &command(0), 1)).unwrap();
+                send(&mut agent, 3, &answer(4, limit));
                 assert!(host.receive().unwrap().is_some(), "{plane:?}");
             }
             drop((host, agent, arena));
@@ -360,26 +465,26 @@ mod tests {
     /// A percept that is read while another thread writes as fast as it can is whole, and newer than the last.
     #[test]
     fn a_percept_that_is_replaced_while_it_is_read_is_never_a_mixture() {
-        for plane in PLANES {
+        for (plane, limit) in cases() {
             let (run, owner) = run("mixture");
             let robot = RobotId::first(0);
             let arena = Session::enter(&run).unwrap();
-            let mut host = arena.host(robot, plane).unwrap();
+            let mut host = arena.host(robot, plane, limit).unwrap();
             std::thread::scope(|scope| {
                 let reader = scope.spawn(|| {
-                    let mut agent = Session::enter(&run).unwrap().join(robot, plane).unwrap();
+                    let mut agent = Session::enter(&run).unwrap().join(robot, plane, limit).unwrap();
                     let (mut read, mut newest) = (Percept::empty(0), 0);
                     for _ in 0..200 {
                         while agent.receive(&mut read).unwrap() != Some(Ok(0)) {}
                         assert!(read.tick > newest, "{plane:?}: {} after {newest}", read.tick);
                         newest = read.tick;
-                        assert_eq!(read, percept(newest, 20, 3, 2), "{plane:?}");
+                        assert_eq!(read, percept(newest, limit, [20, 3, 2]), "{plane:?}");
                     }
                 });
                 let (mut frames, mut tick) = (Frames::of(32), 0);
                 while !reader.is_finished() {
                     tick += 1;
-                    host.send(&percept(tick, 20, 3, 2), &mut frames).unwrap();
+                    host.send(&percept(tick, limit, [20, 3, 2]), &mut frames).unwrap();
                 }
                 reader.join().unwrap();
             });
@@ -413,8 +518,8 @@ mod tests {
         let Ok(name) = std::env::var("LAMPLIGHT_TEST_RUN") else { return };
         let plane = PLANES[usize::from(std::env::var("LAMPLIGHT_TEST_PLANE").unwrap() != "0")];
         let run = RunDir::of(name.parse().unwrap());
-        let mut agent = Session::enter(&run).unwrap().join(RobotId::first(0), plane).unwrap();
-        agent.send(RawCommand::new(0, &command(0), 1)).unwrap();
+        let mut agent = Session::enter(&run).unwrap().join(RobotId::first(0), plane, 0).unwrap();
+        send(&mut agent, 0, &answer(0, 0));
         std::thread::sleep(Duration::from_secs(60));
     }
 
@@ -423,9 +528,9 @@ mod tests {
         for (at, plane) in PLANES.into_iter().enumerate() {
             let (run, owner) = run("killed");
             let arena = Session::enter(&run).unwrap();
-            let neighbor = arena.host(RobotId::first(1), plane).unwrap();
+            let neighbor = arena.host(RobotId::first(1), plane, 0).unwrap();
             let before = files(&run);
-            let mut ports = arena.host(RobotId::first(0), plane).unwrap();
+            let mut ports = arena.host(RobotId::first(0), plane, 0).unwrap();
             let mut agent = std::process::Command::new(std::env::current_exe().unwrap())
                 .args(["--ignored", "--exact", "services::tests::an_agent_that_waits_to_be_killed"])
                 .env("LAMPLIGHT_TEST_RUN", run.name().to_string())
@@ -446,7 +551,7 @@ mod tests {
             remove_dead_files(&run, vec![ports]);
             assert_eq!(files(&run), before, "{plane:?}");
             // The next life of the robot has room, though the dead one's place stays taken to the end.
-            let _next = arena.host(RobotId::first(0).reborn(), plane).unwrap();
+            let _next = arena.host(RobotId::first(0).reborn(), plane, 0).unwrap();
             drop((neighbor, arena));
             run.remove_own(owner).unwrap();
         }
@@ -458,11 +563,11 @@ mod tests {
             let (run, owner) = run("taken");
             let robot = RobotId::first(0);
             let arena = Session::enter(&run).unwrap();
-            let _host = arena.host(robot, plane).unwrap();
+            let _host = arena.host(robot, plane, 0).unwrap();
             let first = Session::enter(&run).unwrap();
-            let _agent = first.join(robot, plane).unwrap();
+            let _agent = first.join(robot, plane, 0).unwrap();
             let second = Session::enter(&run).unwrap();
-            assert_eq!(second.join(robot, plane).unwrap_err(), ServiceError::Taken(robot), "{plane:?}");
+            assert_eq!(second.join(robot, plane, 0).unwrap_err(), ServiceError::Taken(robot), "{plane:?}");
             run.remove_own(owner).unwrap();
         }
     }
@@ -473,7 +578,7 @@ mod tests {
             let (run, owner) = run("unknown");
             let medium = Session::enter(&run).unwrap();
             let robot = RobotId::first(50);
-            assert_eq!(medium.join(robot, plane).unwrap_err(), ServiceError::Unknown(robot), "{plane:?}");
+            assert_eq!(medium.join(robot, plane, 0).unwrap_err(), ServiceError::Unknown(robot), "{plane:?}");
             run.remove_own(owner).unwrap();
         }
     }

@@ -8,7 +8,6 @@ use protocol::{
     command::Command,
     controller::{Controller, StageObserver},
     frame::BodyVector,
-    packet::Transmitter,
     percept::{Percept, Stimulus},
 };
 
@@ -16,20 +15,11 @@ const SPEED_M_PER_S: f64 = 0.1;
 /// Robots nearer than this push away from each other.
 const NEAR_M: f64 = 0.25;
 
-struct Phototaxis {
-    transmitter: Transmitter,
-}
-
-impl Phototaxis {
-    fn command(&mut self, velocity: BodyVector) -> Command {
-        // It has no estimated error: it does not know how far it is from where it wants to be.
-        Command { estimated_error: None, velocity, packet: self.transmitter.packet(0.0) }
-    }
-}
+struct Phototaxis;
 
 impl Controller for Phototaxis {
     fn boot(&mut self) -> Command {
-        self.command(BodyVector::HERE)
+        Command::REST
     }
 
     fn step(&mut self, percept: &Percept, _: &mut dyn StageObserver) -> Command {
@@ -42,10 +32,12 @@ impl Controller for Phototaxis {
             let push = SPEED_M_PER_S * (1.0 - heard.range.get() / NEAR_M);
             velocity -= BodyVector::new(2.0 * push, 0.0).turned(heard.bearing.get()).0;
         }
-        self.command(BodyVector(velocity).capped(SPEED_M_PER_S))
+        // It has no estimated error: it does not know how far it is from where it wants to be. Nor does it tell
+        // others anything but that it is there: its packets have no payload.
+        Command { velocity: BodyVector(velocity).capped(SPEED_M_PER_S), ..Command::REST }
     }
 }
 
 fn main() -> ExitCode {
-    robot_agent::main(|id, _| Phototaxis { transmitter: Transmitter::new(id) })
+    robot_agent::main(|_, _| Phototaxis)
 }

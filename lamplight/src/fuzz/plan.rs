@@ -12,7 +12,7 @@
 use std::{collections::BTreeSet, f64::consts::PI, num::NonZeroU32};
 
 use arena::random::{Draws, Purpose};
-use protocol::packet::LOCALIZATION_BYTES;
+use protocol::packet::frame_bytes;
 use scenario::{
     Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
     Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
@@ -229,7 +229,7 @@ impl Drawer<'_> {
             }
             FaultKind::Corrupt => {
                 fault.probability = self.probability();
-                let bits = 8 * LOCALIZATION_BYTES as u64;
+                let bits = 8 * frame_bytes(4) as u64;
                 fault.flips = self.chance(0.7).then(|| FlipCount::new(1 + self.below(bits) as u32)).flatten();
             }
             FaultKind::Slow => fault.delay_s = self.delay(),

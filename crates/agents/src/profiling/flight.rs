@@ -32,7 +32,7 @@ impl Origin {
 
 /// Tells the packets of one robot apart, in all its lives.
 fn number(packet: &Packet) -> u64 {
-    u64::from(packet.sender.incarnation) << 32 | u64::from(packet.sequence)
+    u64::from(packet.sender().incarnation) << 32 | u64::from(packet.sequence())
 }
 
 impl Origins {
@@ -42,24 +42,24 @@ impl Origins {
 
     /// The arena has taken in a command with `packet`; its first part took `first_ns`.
     pub(super) fn note(&mut self, packet: &Packet, first_ns: u32) {
-        let index = packet.sender.index as usize;
+        let index = packet.sender().index as usize;
         let origin = Origin { number: number(packet), first_ns };
         self.latest[index] = origin;
-        self.recent[index][packet.sequence as usize % REMEMBERED] = origin;
+        self.recent[index][packet.sequence() as usize % REMEMBERED] = origin;
     }
 
     /// First part of a packet, if it is known: a first packet, a packet delayed for long, or one in a false name
     /// has none.
     #[inline]
     pub(super) fn of(&self, packet: &Packet) -> Option<u32> {
-        let latest = self.latest.get(packet.sender.index as usize)?;
+        let latest = self.latest.get(packet.sender().index as usize)?;
         if latest.number == number(packet) { Some(latest.first_ns) } else { self.before(packet) }
     }
 
     /// The same of a packet that is not the last one of its sender.
     #[cold]
     fn before(&self, packet: &Packet) -> Option<u32> {
-        let recent = self.recent[packet.sender.index as usize][packet.sequence as usize % REMEMBERED];
+        let recent = self.recent[packet.sender().index as usize][packet.sequence() as usize % REMEMBERED];
         (recent.number == number(packet)).then_some(recent.first_ns)
     }
 }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     fn packet(index: u32, incarnation: u16, sequence: u32) -> Packet {
-        Packet { sender: RobotId { index, incarnation }, sequence, light: 0.0 }
+        Packet::short(RobotId { index, incarnation }, sequence, None)
     }
 
     #[test]

@@ -193,7 +193,7 @@ mod tests {
         percept.deliveries = sequences
             .iter()
             .map(|&sequence| Delivery {
-                packet: Packet { sender: RobotId::first(0), sequence, light: 0.0 },
+                packet: Packet::short(RobotId::first(0), sequence, None),
                 range: Meters::new(1.0).unwrap(),
                 bearing: Radians::new(0.0).unwrap(),
                 orientation: Radians::new(0.0).unwrap(),

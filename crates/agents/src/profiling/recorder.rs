@@ -15,7 +15,7 @@ use profile::{
     ClockUsed, CycleTimes, PacketNumber, Profile, RobotProfile, Source, Span, Stage, WatchedCycles,
 };
 use protocol::{
-    command::Command,
+    packet::Packet,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -189,8 +189,8 @@ impl Recorder {
         self.rung = self.clock.now();
     }
 
-    /// The arena takes in `command` of robot `index` in answer to `tick`, with what its agent says about it.
-    pub(crate) fn note(&mut self, index: usize, tick: Tick, command: &Command, times: &RawTimes) {
+    /// The arena takes in `packet` of robot `index` in answer to `tick`, with what its agent says about it.
+    pub(crate) fn note(&mut self, index: usize, tick: Tick, packet: &Packet, times: &RawTimes) {
         let Some(Began { rate, .. }) = self.began else { return };
         let now = self.clock.now();
         // A first word ends no cycle; some agents measure nothing.
@@ -213,12 +213,12 @@ impl Recorder {
             self.journal.note(index, round, Answer::broken(tick));
             return;
         };
-        self.origins.note(&command.packet, narrow(rate.ns(first)));
+        self.origins.note(packet, narrow(rate.ns(first)));
         if let Some(packets) = &mut self.robots[index].packets {
             if packets.len() == PACKETS_KEPT {
                 packets.pop_front();
             }
-            packets.push_back((tick, PacketNumber::of(&command.packet)));
+            packets.push_back((tick, PacketNumber::of(packet)));
         }
         let second_ns = narrow(rate.ns(second));
         self.watched.with(|recent| {

@@ -169,6 +169,11 @@ impl TimedChannel {
         }
     }
 
+    /// Packets that have begun and are not forgotten.
+    pub(super) fn packets(&self) -> impl Iterator<Item = &Packet> {
+        self.packets.iter().map(|transmission| &transmission.packet)
+    }
+
     pub(super) fn crowding(&self) -> &Crowding {
         &self.crowding
     }
@@ -227,7 +232,7 @@ impl TimedChannel {
     /// Gives robots that have been restarted the clocks of their new lives, from the packet after the next one on.
     fn wind_clocks(&mut self, moment: &Moment<'_>) {
         for (index, (rhythm, said)) in (0..).zip(self.rhythms.iter_mut().zip(moment.said)) {
-            let Some(incarnation) = said.map(|packet| packet.sender.incarnation) else { continue };
+            let Some(incarnation) = said.map(|packet| packet.sender().incarnation) else { continue };
             if rhythm.incarnation() != incarnation {
                 let id = RobotId { index, incarnation };
                 *rhythm = self.schedule.next_rhythm(rhythm, id, self.next[index as usize].number + 1);

@@ -10,6 +10,7 @@ use super::{
     rule::{Flight, Rule, Verdict},
 };
 use crate::channel::Reception;
+use crate::payloads::Payloads;
 use scenario::FaultSpec;
 
 #[derive(Debug)]
@@ -53,7 +54,7 @@ impl Burst {
 }
 
 impl Rule for Burst {
-    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng, _: &mut Payloads) -> Verdict {
         let Reception { sender, receiver, number, .. } = flight.reception;
         let mut draws = rng.of(&flight.reception);
         let before = self.links.get(&(sender, receiver)).copied();

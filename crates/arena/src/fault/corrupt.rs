@@ -1,11 +1,12 @@
 //! `corrupt`: bits flip on the way, and the packet's checksum decides what becomes of it.
 
-use protocol::packet::Packet;
+use protocol::packet::PacketView;
 
 use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
+use crate::payloads::Payloads;
 use crate::random::Draws;
 use scenario::FaultSpec;
 
@@ -28,25 +29,26 @@ impl Corrupt {
 }
 
 impl Rule for Corrupt {
-    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng, payloads: &mut Payloads) -> Verdict {
         let mut draws = rng.of(&flight.reception);
         if !draws.chance(self.probability) {
             return Verdict::Pass;
         }
-        match Packet::decode(&flipped(&flight.reception.packet, self.flips, &mut draws)) {
-            Ok(packet) => Verdict::Alter(packet),
+        let packet = &flight.reception.packet;
+        let mut frame = packet.view(payloads.of(packet)).encode();
+        flip(&mut frame, self.flips, &mut draws);
+        match PacketView::decode(&frame) {
+            Ok(altered) => Verdict::Alter(payloads.packet(&altered)),
             Err(_) => Verdict::Drop("packets corrupted and refused"),
         }
     }
 }
 
-/// The packet's frame with so many different bits flipped.
-fn flipped(packet: &Packet, flips: u32, draws: &mut Draws) -> Vec<u8> {
-    let mut bytes = packet.encode().to_vec();
-    let mut bits: Vec<u32> = (0..8 * bytes.len() as u32).collect();
-    for _ in 0..flips {
+/// Flips so many different bits of a frame, or all if it has no more.
+fn flip(frame: &mut [u8], flips: u32, draws: &mut Draws) {
+    let mut bits: Vec<u32> = (0..8 * frame.len() as u32).collect();
+    for _ in 0..flips.min(bits.len() as u32) {
         let bit = bits.swap_remove(draws.below(bits.len() as u32) as usize);
-        bytes[bit as usize / 8] ^= 1 << (bit % 8);
+        frame[bit as usize / 8] ^= 1 << (bit % 8);
     }
-    bytes
 }

@@ -6,6 +6,7 @@ use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
+use crate::payloads::Payloads;
 use scenario::{FaultSpec, Scenario};
 
 #[derive(Debug)]
@@ -26,7 +27,7 @@ impl Delay {
 }
 
 impl Rule for Delay {
-    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng, _: &mut Payloads) -> Verdict {
         let late_s = self.delay_s + self.jitter_s * rng.of(&flight.reception).unit();
         Verdict::Delay((late_s / self.step_s).round() as Tick)
     }

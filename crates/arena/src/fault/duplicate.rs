@@ -6,6 +6,7 @@ use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
+use crate::payloads::Payloads;
 use scenario::{FaultSpec, Scenario};
 
 #[derive(Debug)]
@@ -24,7 +25,7 @@ impl Duplicate {
 }
 
 impl Rule for Duplicate {
-    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng, _: &mut Payloads) -> Verdict {
         match rng.of(&flight.reception).chance(self.probability) {
             true => Verdict::Repeat(self.delay),
             false => Verdict::Pass,

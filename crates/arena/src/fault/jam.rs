@@ -5,6 +5,7 @@ use super::{
     rule::{Flight, Rule, Verdict},
 };
 use crate::frame::ArenaPoint;
+use crate::payloads::Payloads;
 use scenario::{Disc, FaultSpec};
 
 #[derive(Debug)]
@@ -23,7 +24,7 @@ impl Rule for Jam {
         true
     }
 
-    fn judge(&mut self, flight: &Flight, _: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, _: FaultRng, _: &mut Payloads) -> Verdict {
         let jammed = self.disc.is_some_and(|Disc { center_m, radius_m }| {
             (flight.receiver_at - ArenaPoint::from(center_m.get())).norm() <= radius_m.get()
         });

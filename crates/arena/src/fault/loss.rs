@@ -4,6 +4,7 @@ use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
+use crate::payloads::Payloads;
 use scenario::FaultSpec;
 
 #[derive(Debug)]
@@ -18,7 +19,7 @@ impl Loss {
 }
 
 impl Rule for Loss {
-    fn judge(&mut self, flight: &Flight, rng: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, rng: FaultRng, _: &mut Payloads) -> Verdict {
         match rng.of(&flight.reception).chance(self.probability) {
             true => Verdict::Drop("packets dropped"),
             false => Verdict::Pass,

@@ -6,6 +6,7 @@ use super::{
     target::Scene,
 };
 use crate::frame::ArenaPoint;
+use crate::payloads::Payloads;
 use scenario::{Disc, FaultSpec, RobotSet};
 
 #[derive(Debug)]
@@ -49,7 +50,7 @@ impl Rule for Partition {
         true
     }
 
-    fn judge(&mut self, flight: &Flight, _: FaultRng) -> Verdict {
+    fn judge(&mut self, flight: &Flight, _: FaultRng, _: &mut Payloads) -> Verdict {
         let (sender, receiver) = (flight.reception.sender, flight.reception.receiver);
         let apart = match (self.part(sender), self.part(receiver)) {
             (Some(from), Some(to)) if self.one_way => from < to,

@@ -14,7 +14,7 @@ use super::{
     rng::FaultRng,
     target::{Scene, Target},
 };
-use crate::{channel::Reception, frame::ArenaPoint};
+use crate::{channel::Reception, frame::ArenaPoint, payloads::Payloads};
 
 /// A packet on its way to one receiver.
 #[derive(Clone, Copy, Debug)]
@@ -69,13 +69,13 @@ pub(super) trait Rule: Debug {
         false
     }
 
-    /// Judges a packet on its way.
-    fn judge(&mut self, _: &Flight, _: FaultRng) -> Verdict {
+    /// Judges a packet on its way, whose payload is among `payloads`.
+    fn judge(&mut self, _: &Flight, _: FaultRng, _: &mut Payloads) -> Verdict {
         Verdict::Pass
     }
 
     /// Changes what a chosen robot says; whether it did.
-    fn speak(&mut self, _: &mut Packet) -> bool {
+    fn speak(&mut self, _: &mut Packet, _: &mut Payloads) -> bool {
         false
     }
 

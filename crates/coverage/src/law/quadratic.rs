@@ -4,7 +4,7 @@
 //! which also cuts away where the quadratic would rise again behind its back. Where the quadratic is
 //! negative in there, it is raised until it touches zero: continuous in all that was heard, and the
 //! goal stays in the cell. Readings beyond reason leave the `linear` goal. A neighbor remembered over
-//! silent cycles counts as when it was heard.
+//! silent cycles counts as when it was heard, one that shares no reading not at all.
 
 use nalgebra::Vector2;
 use protocol::{
@@ -21,6 +21,7 @@ use crate::{
     fit::{self, Slope},
     neighbors::NeighborTable,
     polygon::Polygon,
+    reading,
 };
 
 pub(super) fn goal(
@@ -34,7 +35,9 @@ pub(super) fn goal(
         .iter()
         .map(|neighbor| &neighbor.delivery)
         .filter(|heard| heard.range.get() > COINCIDENT_M)
-        .map(|heard| (BodyVector::polar(heard.range, heard.bearing).0, f64::from(heard.packet.light)));
+        .filter_map(|heard| {
+            Some((BodyVector::polar(heard.range, heard.bearing).0, reading::shared_in(&heard.packet)?))
+        });
     let slope = match gradient {
         GradientMode::Measured => Slope::Known,
         GradientMode::Fixed(_) => Slope::Assumed,

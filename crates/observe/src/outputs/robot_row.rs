@@ -2,7 +2,7 @@
 
 use arena::frame::Pose;
 use engine::RobotStatus;
-use protocol::command::Command;
+use protocol::command::Answer;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -21,7 +21,7 @@ pub(super) struct RobotRow {
 }
 
 impl RobotRow {
-    pub(super) fn new(robot: &RobotStatus, answer: Option<&Command>, pose: &Pose, heard: u64) -> Self {
+    pub(super) fn new(robot: &RobotStatus, answer: Option<&Answer>, pose: &Pose, heard: u64) -> Self {
         Self {
             robot: robot.id.index,
             incarnation: robot.id.incarnation,
@@ -30,7 +30,7 @@ impl RobotRow {
             x_m: pose.position.x,
             y_m: pose.position.y,
             heading_rad: pose.heading,
-            error_m: answer.and_then(|command| Some(command.estimated_error?.length())),
+            error_m: answer.and_then(|answer| Some(answer.command.estimated_error?.length())),
             packets_heard: heard,
             commands_refused: robot.refused,
             pid: robot.pid,

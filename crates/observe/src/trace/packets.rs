@@ -44,7 +44,7 @@ impl Correspondence {
             _ => Vec::new(),
         };
         heard.clear();
-        heard.extend(packets.map(|packet| (packet.sender.index, PacketNumber::of(packet))));
+        heard.extend(packets.map(|packet| (packet.sender().index, PacketNumber::of(packet))));
         self.heard.push_back((tick, heard));
     }
 
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     fn packet(index: u32, incarnation: u16, sequence: u32) -> Packet {
-        Packet { sender: RobotId { index, incarnation }, sequence, light: 0.0 }
+        Packet::short(RobotId { index, incarnation }, sequence, None)
     }
 
     #[test]

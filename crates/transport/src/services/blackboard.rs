@@ -1,13 +1,14 @@
 //! One latest value per direction, for lock-step: what a tick brings is read once, and replaced.
 //!
 //! ```text
-//! bin/<robot>/<incarnation>   arena -> agent   BoardHead, RawWalls, RawField, blocks of deliveries
-//! up/<robot>/<incarnation>    agent -> arena   RawCommand
+//! bin/<robot>/<incarnation>   arena -> agent   BoardHead, RawWalls, RawField, blocks of deliveries, of long frames
+//! up/<robot>/<incarnation>    agent -> arena   RawCommand, a long frame
 //! ```
 //!
 //! A blackboard's values are read and written whole, each by itself. So a percept is spread over several keys,
 //! of which only those in use are touched, and the head is written last. Every part carries the number of its
-//! percept: a percept whose parts are not of one number is being replaced right now, and is not read.
+//! percept: a percept whose parts are not of one number is being replaced right now, and is not read. So it is with a
+//! command and the number of its packet.
 //!
 //! A message is new if its value has been written since it was last read, whatever is in it.
 
@@ -27,19 +28,20 @@ use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, ser
 use crate::{
     frame_cache::Frames,
     raw::{
-        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawWalls, add_deliveries, raw_field,
-        raw_walls,
+        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawWalls, add_deliveries,
+        raw_field, raw_walls,
     },
 };
 use protocol::{
+    payload::SHORT_PAYLOAD_BYTES,
     percept::{DELIVERIES_MAX, Delivery, Percept},
     robot_id::RobotId,
 };
 
 /// Deliveries that are written and read at once.
 const BLOCK: usize = 8;
-/// Beside the one in the head.
-const BLOCKS_MAX: usize = DELIVERIES_MAX / BLOCK - 1;
+/// The first is in the head.
+const BLOCKS_MAX: usize = DELIVERIES_MAX / BLOCK;
 const _: () = assert!(DELIVERIES_MAX.is_multiple_of(BLOCK));
 /// How often a value is read again that is written at the same time. Whoever writes without end is read as is.
 const READS_MAX: usize = 8;
@@ -47,11 +49,15 @@ const READS_MAX: usize = 8;
 /// Names of values within a blackboard.
 type Key = u64;
 const COMMAND: Key = 0;
+/// Only where payloads may be long.
+const LONG_FRAME: Key = 1;
 const HEAD: Key = 0;
 const WALLS: Key = 1;
 const FIELD: Key = 2;
-/// The first of [`BLOCKS_MAX`].
+/// The first of [`BLOCKS_MAX`]; the first block has none.
 const DELIVERIES: Key = 3;
+/// The first of [`BLOCKS_MAX`], only where payloads may be long.
+const LONG_FRAMES: Key = DELIVERIES + BLOCKS_MAX as Key;
 
 /// Head of a percept, with the deliveries that many percepts have, so that whoever reads one looks in one place.
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
@@ -68,12 +74,14 @@ struct BoardHead {
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[repr(C)]
 struct Part<T: ZeroCopySend> {
-    /// Number of the percept it belongs to.
+    /// Number of the percept, or of the command's packet, that it belongs to.
     number: u64,
     value: T,
 }
 
 type Block = [RawDelivery; BLOCK];
+/// Frames of a block's deliveries, as far as they are long.
+type LongBlock = [RawLongFrame; BLOCK];
 const _: () = assert!(size_of::<Part<Block>>() == 8 + BLOCK * 48);
 
 type Board = PortFactory<ipc::Service, Key>;
@@ -86,9 +94,12 @@ pub(super) struct ArenaPorts {
     walls: Written<Part<RawWalls>>,
     field: Written<Part<RawField>>,
     blocks: Vec<Written<Part<Block>>>,
+    /// None where payloads are short.
+    long_blocks: Vec<Written<Part<LongBlock>>>,
     /// Percepts sent.
     sent: u64,
     command: Latest<RawCommand>,
+    long_frame: Option<Read<Part<RawLongFrame>>>,
     services: Services,
 }
 
@@ -98,7 +109,10 @@ pub(super) struct AgentPorts {
     walls: Read<Part<RawWalls>>,
     field: Read<Part<RawField>>,
     blocks: Vec<Read<Part<Block>>>,
+    /// None where payloads are short.
+    long_blocks: Vec<Read<Part<LongBlock>>>,
     command: Written<RawCommand>,
+    long_frame: Option<Written<Part<RawLongFrame>>>,
 }
 
 // The services exist as long as somebody holds them; the arena opens them before the agent comes.
@@ -135,7 +149,11 @@ impl<T: Copy + ZeroCopySend + fmt::Debug + 'static> Latest<T> {
 }
 
 impl ArenaPorts {
-    pub(super) fn host(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
+    pub(super) fn host(
+        node: &Node<ipc::Service>,
+        robot: RobotId,
+        payload_bytes_max: usize,
+    ) -> Result<Self, ServiceError> {
         let doing = || failed(format!("create the services of {robot}"));
         let creator = |what: &str| {
             node.service_builder(&service_name(what, robot))
@@ -147,26 +165,33 @@ impl ArenaPorts {
             .add_with_default::<BoardHead>(HEAD)
             .add_with_default::<Part<RawWalls>>(WALLS)
             .add_with_default::<Part<RawField>>(FIELD);
-        for block in 0..BLOCKS_MAX {
-            bin = bin.add_with_default::<Part<Block>>(DELIVERIES + block as Key);
+        let mut up = creator("up").add_with_default::<RawCommand>(COMMAND);
+        for key in block_keys(DELIVERIES, 1) {
+            bin = bin.add_with_default::<Part<Block>>(key);
+        }
+        let is_long = payload_bytes_max > SHORT_PAYLOAD_BYTES;
+        if is_long {
+            for key in block_keys(LONG_FRAMES, 0) {
+                bin = bin.add_with_default::<Part<LongBlock>>(key);
+            }
+            up = up.add_with_default::<Part<RawLongFrame>>(LONG_FRAME);
         }
         let services = Services {
             bin: bin.create().map_err(|error| doing()(&error))?,
-            up: creator("up")
-                .add_with_default::<RawCommand>(COMMAND)
-                .create()
-                .map_err(|error| doing()(&error))?,
+            up: up.create().map_err(|error| doing()(&error))?,
         };
         let writer = services.bin.writer_builder().create().map_err(|error| doing()(&error))?;
         let reader = services.up.reader_builder().create().map_err(|error| doing()(&error))?;
-        let blocks = (0..BLOCKS_MAX).map(|block| written(&writer, DELIVERIES + block as Key));
+        let long_keys = block_keys(LONG_FRAMES, 0).filter(|_| is_long);
         Ok(Self {
             head: written(&writer, HEAD)?,
             walls: written(&writer, WALLS)?,
             field: written(&writer, FIELD)?,
-            blocks: blocks.collect::<Result<_, _>>()?,
+            blocks: block_keys(DELIVERIES, 1).map(|key| written(&writer, key)).collect::<Result<_, _>>()?,
+            long_blocks: long_keys.map(|key| written(&writer, key)).collect::<Result<_, _>>()?,
             sent: 0,
             command: Latest::of(read(&reader, COMMAND)?),
+            long_frame: is_long.then(|| read(&reader, LONG_FRAME)).transpose()?,
             services,
         })
     }
@@ -180,17 +205,31 @@ impl ArenaPorts {
         if !percept.field.is_empty() {
             self.field.update_with_copy(Part { number, value: raw_field(percept) });
         }
+        for (deliveries, block) in percept.deliveries.chunks(BLOCK).zip(&self.long_blocks) {
+            if let Some(value) = long_block(percept, deliveries, frames) {
+                block.update_with_copy(Part { number, value });
+            }
+        }
         let (first, more) = percept.deliveries.split_at(percept.deliveries.len().min(BLOCK));
         for (deliveries, block) in more.chunks(BLOCK).zip(&self.blocks) {
-            block.update_with_copy(Part { number, value: raw_block(deliveries, frames) });
+            block.update_with_copy(Part { number, value: raw_block(percept, deliveries, frames) });
         }
         let deliveries_len = percept.deliveries.len() as u64;
-        let first = raw_block(first, frames);
+        let first = raw_block(percept, first, frames);
         self.head.update_with_copy(BoardHead { head: RawHead::new(percept), number, deliveries_len, first });
     }
 
-    pub(super) fn receive(&mut self) -> Option<RawCommand> {
-        self.command.get_new().copied()
+    /// Returns the next unread command; its frame is in `long` if it is long.
+    pub(super) fn receive(&mut self, long: &mut RawLongFrame) -> Option<RawCommand> {
+        let command = *self.command.get_new()?;
+        if let Some(part) = self.long_frame.as_ref().filter(|_| command.frame.is_long()) {
+            let part = part.get();
+            if part.number != command.frame.sequence().into() {
+                return None;
+            }
+            *long = part.value;
+        }
+        Some(command)
     }
 
     pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
@@ -216,20 +255,27 @@ impl ArenaPorts {
 }
 
 impl AgentPorts {
-    pub(super) fn join(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
+    pub(super) fn join(
+        node: &Node<ipc::Service>,
+        robot: RobotId,
+        payload_bytes_max: usize,
+    ) -> Result<Self, ServiceError> {
         let open = |what: &str| {
             let opener = node.service_builder(&service_name(what, robot)).blackboard_opener::<Key>();
             opener.open().map_err(|error| not_opened(robot, &error))
         };
         let reader = open("bin")?.reader_builder().create().map_err(|error| not_opened(robot, &error))?;
         let writer = open("up")?.writer_builder().create().map_err(|error| not_opened(robot, &error))?;
-        let blocks = (0..BLOCKS_MAX).map(|block| read(&reader, DELIVERIES + block as Key));
+        let is_long = payload_bytes_max > SHORT_PAYLOAD_BYTES;
+        let long_keys = block_keys(LONG_FRAMES, 0).filter(|_| is_long);
         Ok(Self {
             head: Latest::of(read(&reader, HEAD)?),
             walls: read(&reader, WALLS)?,
             field: read(&reader, FIELD)?,
-            blocks: blocks.collect::<Result<_, _>>()?,
+            blocks: block_keys(DELIVERIES, 1).map(|key| read(&reader, key)).collect::<Result<_, _>>()?,
+            long_blocks: long_keys.map(|key| read(&reader, key)).collect::<Result<_, _>>()?,
             command: written(&writer, COMMAND)?,
+            long_frame: is_long.then(|| written(&writer, LONG_FRAME)).transpose()?,
         })
     }
 
@@ -250,7 +296,8 @@ impl AgentPorts {
             return Some(Err(error));
         }
         let all = head.deliveries_len as usize;
-        let mut refused = add_deliveries(&head.first[..all.min(BLOCK)], percept);
+        let mut long_blocks = self.long_blocks.iter();
+        let mut refused = add_block(&head.first[..all.min(BLOCK)], head.number, long_blocks.next(), percept)?;
         let mut left = all.saturating_sub(BLOCK);
         for block in &self.blocks {
             if left == 0 {
@@ -261,25 +308,62 @@ impl AgentPorts {
                 return None;
             }
             let used = left.min(BLOCK);
-            refused += add_deliveries(&block.value[..used], percept);
+            refused += add_block(&block.value[..used], head.number, long_blocks.next(), percept)?;
             left -= used;
         }
         // More than there is room for: nobody honest sends that.
         Some(Ok(refused + left as u32))
     }
 
-    pub(super) fn send(&self, command: RawCommand) {
+    pub(super) fn send(&self, command: RawCommand, frame: &[u8]) {
+        if let Some(part) = self.long_frame.as_ref().filter(|_| command.frame.is_long()) {
+            let number = command.frame.sequence().into();
+            part.update_with_copy(Part { number, value: RawLongFrame::of(frame) });
+        }
         self.command.update_with_copy(command);
     }
 }
 
+/// Keys of all blocks from number `first` on.
+fn block_keys(begin: Key, first: usize) -> impl Iterator<Item = Key> {
+    (first..BLOCKS_MAX).map(move |block| begin + block as Key)
+}
+
 /// At most [`BLOCK`] deliveries, padded with zeros.
-fn raw_block(deliveries: &[Delivery], frames: &mut Frames) -> Block {
+fn raw_block(percept: &Percept, deliveries: &[Delivery], frames: &mut Frames) -> Block {
     let mut block = Block::default();
     for (slot, delivery) in block.iter_mut().zip(deliveries) {
-        *slot = RawDelivery::new(delivery, frames.get(&delivery.packet));
+        *slot = RawDelivery::new(delivery, frames.of_delivery(percept, delivery).frame);
     }
     block
+}
+
+/// The long frames among those of at most [`BLOCK`] deliveries, padded with zeros; `None` if there are none.
+fn long_block(percept: &Percept, deliveries: &[Delivery], frames: &mut Frames) -> Option<LongBlock> {
+    let mut block = None;
+    for (at, delivery) in deliveries.iter().enumerate() {
+        let kept = frames.of_delivery(percept, delivery);
+        if kept.frame.is_long() {
+            block.get_or_insert_with(LongBlock::default)[at] = kept.long;
+        }
+    }
+    block
+}
+
+/// Adds a block of percept `number` to `percept`; returns how many of its deliveries do not decode, or `None` if their
+/// long frames are those of another percept.
+fn add_block(
+    block: &[RawDelivery],
+    number: u64,
+    long: Option<&Read<Part<LongBlock>>>,
+    percept: &mut Percept,
+) -> Option<u32> {
+    let Some(long) = long.filter(|_| block.iter().any(|delivery| delivery.frame.is_long())) else {
+        return Some(add_deliveries(block.iter().map(|delivery| (delivery, &[][..])), percept));
+    };
+    let long = long.get();
+    let frames = long.value.iter().map(|frame| &frame.0[..]);
+    (long.number == number).then(|| add_deliveries(block.iter().zip(frames), percept))
 }
 
 fn written<T: ZeroCopySend + Copy>(

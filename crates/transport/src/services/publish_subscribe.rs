@@ -1,8 +1,9 @@
 //! Queues, for real time: what has not been read waits, and the newest replaces the oldest.
 //!
 //! ```text
-//! inbox/<robot>/<incarnation>    arena -> agent   slice of RawDelivery, header RawPercept
-//! uplink/<robot>/<incarnation>   agent -> arena   RawCommand
+//! inbox/<robot>/<incarnation>    arena -> agent   slice of RawDelivery (RawLongDelivery where payloads may be long),
+//!                                                 header RawPercept
+//! uplink/<robot>/<incarnation>   agent -> arena   bytes of a long frame, header RawCommand
 //! ```
 
 use std::{collections::BTreeSet, fmt};
@@ -19,11 +20,12 @@ use iceoryx2::{
 
 use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
 use crate::{
-    frame_cache::Frames,
-    raw::{PerceptError, RawCommand, RawDelivery, RawPercept},
+    frame_cache::{Frames, KeptFrame},
+    raw::{PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame, RawPercept, add_deliveries},
 };
 use protocol::{
-    percept::{DELIVERIES_MAX, Percept},
+    packet::FRAME_BYTES_MAX,
+    percept::{DELIVERIES_MAX, Delivery, Percept},
     robot_id::RobotId,
 };
 
@@ -31,29 +33,58 @@ use protocol::{
 /// in real time the newest replaces the oldest.
 pub(super) const BUFFERED: usize = 2;
 
+/// A delivery in an inbox.
+pub(super) trait InInbox: ZeroCopySend + fmt::Debug + 'static {
+    /// The message that carries `delivery`, whose packet is in `kept`.
+    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self;
+
+    /// The delivery, and the bytes of its frame if that is long.
+    fn parts(&self) -> (&RawDelivery, &[u8]);
+}
+
+impl InInbox for RawDelivery {
+    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self {
+        Self::new(delivery, kept.frame)
+    }
+
+    fn parts(&self) -> (&RawDelivery, &[u8]) {
+        (self, &[])
+    }
+}
+
+impl InInbox for RawLongDelivery {
+    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self {
+        Self { delivery: RawDelivery::new(delivery, kept.frame), frame: kept.long }
+    }
+
+    fn parts(&self) -> (&RawDelivery, &[u8]) {
+        (&self.delivery, &self.frame.0)
+    }
+}
+
 /// The arena's ends.
 #[derive(Debug)]
-pub(super) struct ArenaPorts {
-    inbox: Publisher<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: Subscriber<ipc::Service, RawCommand, ()>,
+pub(super) struct ArenaPorts<D: InInbox> {
+    inbox: Publisher<ipc::Service, [D], RawPercept>,
+    uplink: Subscriber<ipc::Service, [u8], RawCommand>,
     // The services exist as long as somebody holds them; the arena opens them before the agent comes.
-    services: Services,
+    services: Services<D>,
 }
 
 /// An agent's ends.
 #[derive(Debug)]
-pub(super) struct AgentPorts {
-    inbox: Subscriber<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: Publisher<ipc::Service, RawCommand, ()>,
+pub(super) struct AgentPorts<D: InInbox> {
+    inbox: Subscriber<ipc::Service, [D], RawPercept>,
+    uplink: Publisher<ipc::Service, [u8], RawCommand>,
 }
 
 #[derive(Debug)]
-struct Services {
-    inbox: PortFactory<ipc::Service, [RawDelivery], RawPercept>,
-    uplink: PortFactory<ipc::Service, RawCommand, ()>,
+struct Services<D: InInbox> {
+    inbox: PortFactory<ipc::Service, [D], RawPercept>,
+    uplink: PortFactory<ipc::Service, [u8], RawCommand>,
 }
 
-impl ArenaPorts {
+impl<D: InInbox> ArenaPorts<D> {
     pub(super) fn host(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
         let doing = || failed(format!("create the services of {robot}"));
         let (inbox, uplink) = builders(node, robot);
@@ -84,14 +115,21 @@ impl ArenaPorts {
         *sample.user_header_mut() = RawPercept::new(percept);
         let sample = sample.write_from_fn(|at| {
             let delivery = &percept.deliveries[at];
-            RawDelivery::new(delivery, frames.get(&delivery.packet))
+            D::new(delivery, frames.of_delivery(percept, delivery))
         });
         sample.send().map(drop).map_err(|error| doing()(&error))
     }
 
-    pub(super) fn receive(&self) -> Result<Option<RawCommand>, ServiceError> {
+    /// Returns the next unread command; its frame is in `long` if it is long.
+    pub(super) fn receive(&self, long: &mut RawLongFrame) -> Result<Option<RawCommand>, ServiceError> {
         let sample = self.uplink.receive().map_err(|error| failed("receive a command")(&error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        Ok(sample.map(|sample| {
+            let (command, frame) = (*sample.user_header(), sample.payload());
+            if command.frame.is_long() {
+                *long = RawLongFrame::of(&frame[..frame.len().min(FRAME_BYTES_MAX)]);
+            }
+            command
+        }))
     }
 
     pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
@@ -116,7 +154,7 @@ impl ArenaPorts {
     }
 }
 
-impl AgentPorts {
+impl<D: InInbox> AgentPorts<D> {
     pub(super) fn join(node: &Node<ipc::Service>, robot: RobotId) -> Result<Self, ServiceError> {
         let (inbox, uplink) = builders(node, robot);
         let services = Services {
@@ -128,6 +166,8 @@ impl AgentPorts {
         let uplink = services
             .uplink
             .publisher_builder()
+            .initial_max_slice_len(FRAME_BYTES_MAX)
+            .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(1)
             .create()
             .map_err(|error| not_opened(robot, &error))?;
@@ -139,12 +179,19 @@ impl AgentPorts {
         percept: &mut Percept,
     ) -> Result<Option<Result<u32, PerceptError>>, ServiceError> {
         let sample = self.inbox.receive().map_err(|error| failed("receive a percept")(&error))?;
-        Ok(sample.map(|sample| sample.user_header().read(sample.payload(), percept)))
+        Ok(sample.map(|sample| {
+            let RawPercept { head, walls, field } = sample.user_header();
+            head.read(walls, field, percept)?;
+            Ok(add_deliveries(sample.payload().iter().map(D::parts), percept))
+        }))
     }
 
-    pub(super) fn send(&self, command: RawCommand) -> Result<(), ServiceError> {
-        let sent = self.uplink.send_copy(command).map_err(|error| failed("send a command")(&error))?;
-        match sent {
+    pub(super) fn send(&self, command: RawCommand, frame: &[u8]) -> Result<(), ServiceError> {
+        let doing = || failed("send a command");
+        let frame = if command.frame.is_long() { frame } else { &[] };
+        let mut sample = self.uplink.loan_slice_uninit(frame.len()).map_err(|error| doing()(&error))?;
+        *sample.user_header_mut() = command;
+        match sample.write_from_slice(frame).send().map_err(|error| doing()(&error))? {
             0 => Err(ServiceError::Transport {
                 doing: "send a command".to_string(),
                 reason: "the arena does not listen".to_string(),
@@ -154,13 +201,13 @@ impl AgentPorts {
     }
 }
 
-type Builders = (Builder<[RawDelivery], RawPercept, ipc::Service>, Builder<RawCommand, (), ipc::Service>);
+type Builders<D> = (Builder<[D], RawPercept, ipc::Service>, Builder<[u8], RawCommand, ipc::Service>);
 
-fn builders(node: &Node<ipc::Service>, robot: RobotId) -> Builders {
+fn builders<D: InInbox>(node: &Node<ipc::Service>, robot: RobotId) -> Builders<D> {
     let builder = |what: &str| node.service_builder(&service_name(what, robot));
     (
-        one_to_one(builder("inbox").publish_subscribe::<[RawDelivery]>().user_header::<RawPercept>()),
-        one_to_one(builder("uplink").publish_subscribe::<RawCommand>()),
+        one_to_one(builder("inbox").publish_subscribe::<[D]>().user_header::<RawPercept>()),
+        one_to_one(builder("uplink").publish_subscribe::<[u8]>().user_header::<RawCommand>()),
     )
 }
 

@@ -4,8 +4,6 @@ use std::{
 };
 
 use protocol::{
-    frame::BodyVector,
-    packet::Packet,
     percept::Delivery,
     robot_id::RobotId,
     units::{Meters, Radians},
@@ -24,9 +22,8 @@ fn recorder(mode: Mode) -> Recorder {
     recorder
 }
 
-fn command(index: u32, sequence: u32) -> Command {
-    let packet = Packet { sender: RobotId::first(index), sequence, light: 0.0 };
-    Command { estimated_error: Some(BodyVector::HERE), velocity: BodyVector::HERE, packet }
+fn packet(index: u32, sequence: u32) -> Packet {
+    Packet::short(RobotId::first(index), sequence, None)
 }
 
 /// Two robots, each of which hears the other one's packet with number `sequence`.
@@ -35,7 +32,7 @@ fn percepts(tick: Tick, sequence: u32) -> Vec<Percept> {
         .map(|sender| {
             let mut percept = Percept::empty(tick);
             percept.deliveries.push(Delivery {
-                packet: command(sender, sequence).packet,
+                packet: packet(sender, sequence),
                 range: Meters::new(1.0).unwrap(),
                 bearing: Radians::new(0.0).unwrap(),
                 orientation: Radians::new(0.0).unwrap(),
@@ -65,7 +62,7 @@ fn exchange(recorder: &mut Recorder, tick: Tick, change: impl Fn(&mut RawTimes))
         change(&mut times);
         // Time for what it claims to have done.
         thread::sleep(Duration::from_micros(50));
-        recorder.note(index, tick, &command(index as u32, tick as u32 + 1), &times);
+        recorder.note(index, tick, &packet(index as u32, tick as u32 + 1), &times);
     }
 }
 
@@ -101,7 +98,7 @@ fn a_packet_takes_two_ways_and_not_what_lies_between() {
     thread::sleep(Duration::from_millis(3));
     for index in 0..2 {
         let times = RawTimes { woke: published, ..RawTimes::default() };
-        recorder.note(index, 0, &command(index as u32, 1), &times);
+        recorder.note(index, 0, &packet(index as u32, 1), &times);
     }
     // The arena's own work, which is not to be seen.
     thread::sleep(Duration::from_millis(50));
@@ -111,7 +108,7 @@ fn a_packet_takes_two_ways_and_not_what_lies_between() {
     let times =
         RawTimes { woke: recorder.clock.now().0, receive: ms(&recorder, 2) as u32, ..RawTimes::default() };
     thread::sleep(Duration::from_millis(3));
-    recorder.note(0, 1, &command(0, 2), &times);
+    recorder.note(0, 1, &packet(0, 2), &times);
     let second_ms = times.received().since(handed_out).unwrap() as f64 / ms(&recorder, 1) as f64;
     let profile = finish(recorder);
     let packet = profile.robots[0].histograms.of(Span::Packet);
@@ -170,15 +167,15 @@ fn in_real_time_lateness_is_the_timers_own_and_answers_may_come_late() {
     let mut recorder = recorder(Mode::Realtime);
     hand_out_and_ring(&mut recorder, 0);
     let read_first = RawTimes { late_ns: 1000, missed: 0, ..times(&recorder) };
-    recorder.note(1, 0, &command(1, 1), &times(&recorder));
+    recorder.note(1, 0, &packet(1, 1), &times(&recorder));
     hand_out_and_ring(&mut recorder, 1);
     // Robot 0 answers tick 0 only now, and tick 1 right after.
-    recorder.note(0, 0, &command(0, 1), &read_first);
+    recorder.note(0, 0, &packet(0, 1), &read_first);
     let read_second = RawTimes { late_ns: 1300, missed: 2, publish_before: 1, ..times(&recorder) };
-    recorder.note(0, 1, &command(0, 2), &read_second);
+    recorder.note(0, 1, &packet(0, 2), &read_second);
     recorder.reborn(0);
     hand_out_and_ring(&mut recorder, 2);
-    recorder.note(0, 2, &command(0, 3), &RawTimes { missed: 1, ..times(&recorder) });
+    recorder.note(0, 2, &packet(0, 3), &RawTimes { missed: 1, ..times(&recorder) });
     let profile = finish(recorder);
     let robot = &profile.robots[0];
     assert_eq!(robot.cycles, 1);

@@ -48,8 +48,7 @@ impl Traced {
     /// All robots hear all, and answer.
     fn tick(&mut self, tick: Tick) {
         let robots = self.recording.robots.len() as u32;
-        let packet =
-            |robot, tick| Packet { sender: RobotId::first(robot), sequence: tick as u32, light: 0.0 };
+        let packet = |robot, tick| Packet::short(RobotId::first(robot), tick as u32, None);
         self.recording.tick_begins(tick, &[]);
         let mut percept = Percept::empty(tick);
         if let Some(before) = tick.checked_sub(1) {
