@@ -1,14 +1,12 @@
 //! Parts of a scenario that may not mean what its author thinks: known before the run, worth a warning, no reason to
 //! refuse.
 
-use std::num::NonZeroU32;
-
 use coverage::refinement::WIDTH_SHARE_MIN;
 use nalgebra::Vector2;
 use protocol::setup::Law;
 
 use crate::{field::Field, frame::Pose};
-use scenario::{Access, ChannelModel, FaultKind, FaultSpec, Scenario};
+use scenario::{ChannelModel, FaultKind, FaultSpec, Medium, Scenario};
 
 /// One line for each time of `scenario` that was rounded, for errors of odometry that nobody goes by, for a field with
 /// nothing to cover, for each of its peaks that is too narrow to be integrated well, for each fault that may never
@@ -37,9 +35,9 @@ pub fn named(index: usize, fault: &FaultSpec) -> String {
 /// Errors of odometry where nothing is carried along by it: everybody is measured anew at each percept, and nobody is
 /// remembered beyond it.
 fn idle(scenario: &Scenario) -> Option<String> {
-    let forgets = scenario.controller.neighbor_timeout_cycles.is_none_or(|cycles| cycles.get() == 1);
-    let is_idle = forgets && scenario.channel.access == Some(Access::Instant);
-    (scenario.sensors.odometry_error.get() > 0.0 && is_idle).then(|| {
+    let forgets = scenario.controller.neighbor_timeout_cycles.get() == 1;
+    let errs = scenario.sensors.odometry.is_some_and(|odometry| odometry.error.get() > 0.0);
+    (errs && forgets && scenario.channel.medium == Medium::Instant).then(|| {
         "sensors.odometry_error has no effect: robots hear everybody anew in each neighbor cycle and remember nobody beyond \
          it; they do with channel.profile = \"isis\", or with controller.neighbor_timeout_cycles above 1"
             .into()
@@ -105,14 +103,15 @@ fn far_links<'a>(
     scenario: &'a Scenario,
     poses: &'a [Pose],
 ) -> impl Iterator<Item = String> + 'a {
-    let range_m =
-        (scenario.channel.model == ChannelModel::Range).then_some(scenario.channel.range_m).flatten();
+    let range_m = match scenario.channel.model {
+        ChannelModel::Range { range_m, .. } => range_m.get(),
+        ChannelModel::Voronoi => f64::INFINITY,
+    };
     fault.links.iter().flatten().filter_map(move |link| {
         let apart_m = (poses[link.from as usize].position - poses[link.to as usize].position).norm();
-        let range_m = range_m.filter(|range_m| apart_m > range_m.get())?.get();
-        Some(format!(
-            "link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}"
-        ))
+        (apart_m > range_m).then(|| {
+            format!("link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}")
+        })
     })
 }
 
@@ -131,7 +130,7 @@ fn overdue(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
          is remembered until then",
         scenario.time_of(late),
         scenario.time_of(timeout),
-        scenario.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get),
+        scenario.controller.neighbor_timeout_cycles,
         scenario.cycle_of(late) + 1
     ))
 }

@@ -13,9 +13,9 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::error::{Place, ScenarioError};
 use super::explain;
+use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
-use super::tables::TABLES;
 
 /// In the path of an override: every entry of an array.
 const EVERY: &str = "*";

@@ -8,9 +8,9 @@ use toml::de::Error;
 
 use super::document::{Document, Source};
 use super::error::{Place, ScenarioError};
+use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
-use super::tables::TABLES;
 
 /// Below this similarity (Jaro-Winkler, 0 to 1) a valid word is not what the user meant.
 const SIMILAR: f64 = 0.8;

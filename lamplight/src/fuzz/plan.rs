@@ -14,8 +14,9 @@ use std::{collections::BTreeSet, f64::consts::PI, num::NonZeroU32};
 use arena::random::{Draws, Purpose};
 use protocol::packet::LOCALIZATION_BYTES;
 use scenario::{
-    Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
-    Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
+    Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount, Link,
+    Medium, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
+    file::{AccessKey, ChannelKeys},
 };
 
 /// Most robots or links that a fault lists one by one: more are no other case.
@@ -27,8 +28,10 @@ const GAIN_CYCLE_MAX: f64 = scenario::MAX_GAIN_STEP;
 pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     let mut scenario = Scenario { seed, fault: Vec::new(), ..base.clone() };
     let mut draws = Draws::of(seed.get(), Purpose::FuzzChannel, 0, 0, 0);
-    if base.channel.model == ChannelModel::Range && chance(&mut draws, 0.5) {
-        scenario.channel = channel(base, &mut draws);
+    if let ChannelModel::Range { range_m, .. } = base.channel.model
+        && chance(&mut draws, 0.5)
+    {
+        scenario.channel = channel(base, range_m, &mut draws);
         // A hundred times worse than quartz, so that short runs feel it.
         if chance(&mut draws, 0.3) {
             let drift_ppm = nonnegative(short(draws.between(0.0, 5000.0)));
@@ -347,16 +350,19 @@ impl Drawer<'_> {
 }
 
 /// Another channel of the same range; the cycle stays the scenario's where the profile's would not do.
-fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
-    let accesses = [Access::Instant, Access::Random, Access::Aligned, Access::Slotted, Access::FixedPhase];
+fn channel(base: &Scenario, range_m: Positive, draws: &mut Draws) -> ChannelSpec {
+    let accesses = [
+        AccessKey::Instant,
+        AccessKey::Random,
+        AccessKey::Aligned,
+        AccessKey::Slotted,
+        AccessKey::FixedPhase,
+    ];
     let profile = one_of(draws, &[Profile::Ideal, Profile::Isis, Profile::ROne]);
     let access = chance(draws, 0.6).then(|| one_of(draws, &accesses));
-    let range_m = base.channel.range_m;
-    let mut channel =
-        ChannelSpec { profile, model: ChannelModel::Range, range_m, access, ..Default::default() };
+    let mut channel = ChannelKeys { profile, range_m: Some(range_m), access, ..Default::default() };
     if chance(draws, 0.5) {
-        channel.soft_edge_m =
-            range_m.and_then(|range| nonnegative(short(draws.between(0.0, 0.5) * range.get())));
+        channel.soft_edge_m = nonnegative(short(draws.between(0.0, 0.5) * range_m.get()));
     }
     channel.occlusion = sometimes(draws);
     channel.loss = chance(draws, 0.5).then(|| Probability::new(short(draws.between(0.0, 0.5)))).flatten();
@@ -376,21 +382,17 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
     channel.bearing_step_deg = whole(noise(0.2, 30.0));
     channel.orientation_step_deg = whole(noise(0.2, 30.0));
 
-    let timed = access.unwrap_or(match profile {
-        Profile::Ideal => Access::Instant,
-        Profile::Isis | Profile::ROne => Access::Random,
-    }) != Access::Instant;
-    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / base.controller.gain_per_s.get());
-    let preset_cycle_s = match profile {
-        Profile::Ideal if !timed => base.step_s.get(),
-        Profile::Ideal | Profile::Isis => 0.25,
-        Profile::ROne => 0.5,
+    let resolved = |keys: &ChannelKeys| {
+        keys.clone().resolve(base.step_s).expect("all keys have a meaning beside each other")
     };
-    let fits = base.step_s.get() <= preset_cycle_s && preset_cycle_s <= longest_s.min(base.duration_s.get());
-    let cycle_s = if fits { preset_cycle_s } else { own_cycle_s };
+    let as_drawn = resolved(&channel);
+    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / base.controller.gain_per_s.get());
+    let its_cycle_s = as_drawn.cycle_s.get();
+    let fits = base.step_s.get() <= its_cycle_s && its_cycle_s <= longest_s.min(base.duration_s.get());
+    let cycle_s = if fits { its_cycle_s } else { own_cycle_s };
     channel.cycle_s = Positive::new(cycle_s).filter(|_| !fits);
-    if !timed {
-        return channel;
+    if as_drawn.medium == Medium::Instant {
+        return resolved(&channel);
     }
     channel.half_duplex = sometimes(draws);
     channel.capture = one_of(draws, &[None, Some(Capture::None), Some(Capture::FirstLock)]);
@@ -400,26 +402,24 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
         channel.airtime_s = Positive::new(short(airtime_s));
     }
     match access {
-        Some(Access::FixedPhase) => {
+        Some(AccessKey::FixedPhase) => {
             channel.jitter_s =
                 chance(draws, 0.6).then(|| nonnegative(short(cycle_s * draws.between(0.0, 0.5)))).flatten();
         }
-        Some(Access::Slotted) if chance(draws, 0.5) => {
+        Some(AccessKey::Slotted) if chance(draws, 0.5) => {
             channel.slots = NonZeroU32::new(1 + below(draws, 8) as u32);
         }
         _ => {}
     }
     // Drawn last, so that a seed's other keys stay what they were before there were these.
     if chance(draws, 0.3) {
-        channel.interference_range_m = range_m.and_then(|range_m| {
-            let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
-            farther.filter(|farther| *farther >= range_m)
-        });
+        let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
+        channel.interference_range_m = farther.filter(|farther| *farther >= range_m);
     }
     if channel.occlusion == Some(true) {
         channel.occluded_interference = sometimes(draws);
     }
-    channel
+    resolved(&channel)
 }
 
 fn sometimes(draws: &mut Draws) -> Option<bool> {
@@ -455,6 +455,7 @@ fn short(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use scenario::{Access, Air};
 
     use super::*;
 
@@ -526,8 +527,9 @@ mod tests {
         for profile in [Profile::Ideal, Profile::Isis, Profile::ROne] {
             assert!(channels.iter().any(|channel| channel.profile == profile));
         }
-        assert!(channels.iter().any(|channel| channel.access == Some(Access::FixedPhase)));
-        assert!(channels.iter().any(|channel| channel.capture == Some(Capture::FirstLock)));
+        let some = |is: fn(&Air) -> bool| channels.iter().filter_map(ChannelSpec::air).any(is);
+        assert!(some(|air| matches!(air.access, Access::FixedPhase { .. })));
+        assert!(some(|air| air.capture == Capture::FirstLock));
         let voronoi = points();
         assert!((0..50).all(|seed| drawn(&voronoi, seed).channel == voronoi.channel));
     }

@@ -1,6 +1,6 @@
 //! The same scenario with fewer robots.
 
-use scenario::{FaultSpec, RobotCount, Scenario};
+use scenario::{FaultSpec, Scenario};
 
 /// Few robots, of `count`, with which `shows` holds: halved as long as it does, then fewer by ever smaller steps.
 /// With one robot less it does not hold. In general that is no global minimum.
@@ -29,7 +29,10 @@ pub(crate) fn fewest<E>(count: u32, mut shows: impl FnMut(u32) -> Result<bool, E
 /// `scenario` with its first `count` robots alone; `None` if a fault would then strike nobody.
 pub(crate) fn with_robots(scenario: &Scenario, count: u32) -> Option<Scenario> {
     let mut smaller = scenario.clone();
-    smaller.robots.count = Some(RobotCount::new(count)?);
+    if count == 0 {
+        return None;
+    }
+    smaller.robots.count = count;
     if let Some(positions) = &mut smaller.robots.positions_m {
         positions.truncate(count as usize);
     }
