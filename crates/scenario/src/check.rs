@@ -11,7 +11,7 @@ use protocol::setup::Law;
 use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::controller::{ControllerSpec, Gradient};
-use super::fault_check;
+use super::fault;
 use super::file::FieldSpec;
 use super::light::LightSpec;
 use super::number::Positive;
@@ -44,8 +44,9 @@ const COUNTS_MIN: f64 = 1e-9;
 /// Largest drift of a clock, parts per million: far beyond any oscillator.
 const DRIFT_MAX_PPM: f64 = 1e5;
 
-/// Everything that no table can answer alone, from the first table to the last.
-pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+/// Everything that no table can answer alone, from the first table to the last. `is_given` tells of a path whether the
+/// file or an override gives it.
+pub(super) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Result<(), Problem> {
     time(scenario)?;
     headings(scenario)?;
     size(scenario)?;
@@ -63,7 +64,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     air(&scenario.channel)?;
     fast_clocks(scenario)?;
     measurement(scenario)?;
-    fault_check::plan(scenario)
+    fault::check(scenario, is_given)
 }
 
 fn time(scenario: &Scenario) -> Result<(), Problem> {

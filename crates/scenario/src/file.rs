@@ -9,18 +9,21 @@ mod channel;
 mod controller;
 mod convergence;
 mod field;
+mod fuzz;
 mod light;
 mod output;
 mod processes;
 mod robots;
 mod sensors;
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::faults::{FaultSpec, FuzzSpec};
+use crate::fault::Fault;
 use crate::number::{Positive, Seed};
 use crate::problem::{Problem, problem};
 use crate::steps::Roundings;
@@ -30,6 +33,7 @@ pub use arena::ArenaSpec;
 pub use channel::{AccessKey, ChannelKeys, ModelKey};
 pub use convergence::ConvergenceSpec;
 pub use field::{FieldSpec, GaussianSpec, LampSpec};
+pub use fuzz::FuzzSpec;
 pub use output::OutputSpec;
 pub use processes::{OnHang, ProcessesSpec};
 
@@ -98,20 +102,25 @@ pub(crate) struct File {
     output: OutputSpec,
     /// The fault plan: what shall go wrong, in the order in which faults see each packet and robot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    fault: Vec<FaultSpec>,
+    fault: Vec<Deferred<Fault>>,
     /// Bounds of random fault plans, for `lamplight fuzz`.
     #[serde(default)]
     fuzz: FuzzSpec,
 }
 
 impl File {
-    /// What the file named `source_name` means.
-    pub(crate) fn resolve(self, source_name: &str) -> Result<Scenario, Problem> {
+    /// Number of its faults.
+    pub(crate) fn faults(&self) -> usize {
+        self.fault.len()
+    }
+
+    /// What the file named `source_name` means, with its fault plan.
+    pub(crate) fn resolve(self, source_name: &str, fault: Vec<Fault>) -> Result<Scenario, Problem> {
         let robots = self.robots.resolve()?;
         let channel = self.channel.resolve(self.step_s)?;
         let sensors = self.sensors.resolve(robots.drive)?;
         let light = self.light.resolve()?;
-        let controller = self.controller.resolve(time_out::default_cycles(&channel, &self.fault))?;
+        let controller = self.controller.resolve(time_out::default_cycles(&channel, &fault))?;
         Ok(Scenario {
             name: if self.name.is_empty() { file_stem(source_name) } else { self.name },
             description: self.description,
@@ -128,7 +137,7 @@ impl File {
             convergence: self.convergence,
             processes: self.processes,
             output: self.output,
-            fault: self.fault,
+            fault,
             fuzz: self.fuzz,
             roundings: Roundings::default(),
         })
@@ -153,9 +162,41 @@ impl From<Scenario> for File {
             convergence: scenario.convergence,
             processes: scenario.processes,
             output: scenario.output,
-            fault: scenario.fault,
+            fault: scenario.fault.into_iter().map(Deferred::written).collect(),
             fuzz: scenario.fuzz,
         }
+    }
+}
+
+/// A table that is read by itself, entry by entry, because which keys it has depends on some of them: so each key keeps
+/// its line.
+struct Deferred<T>(Option<T>);
+
+impl<T> Deferred<T> {
+    fn written(table: T) -> Self {
+        Self(Some(table))
+    }
+}
+
+impl<'de, T> Deserialize<'de> for Deferred<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        IgnoredAny::deserialize(deserializer).map(|_| Self(None))
+    }
+}
+
+impl<T: Serialize> Serialize for Deferred<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Deferred<T> {
+    fn schema_name() -> Cow<'static, str> {
+        T::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
     }
 }
 

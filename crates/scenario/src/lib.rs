@@ -16,8 +16,7 @@ mod controller;
 mod document;
 mod error;
 mod explain;
-mod fault_check;
-mod faults;
+pub mod fault;
 pub mod file;
 mod light;
 mod load;
@@ -37,9 +36,10 @@ pub use channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profi
 pub use check::MAX_GAIN_STEP;
 pub use controller::{ControllerSpec, Gradient};
 pub use error::{Place, ScenarioError};
-pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
+pub use fault::{Fault, FaultKind};
 pub use file::{
-    ArenaSpec, ConvergenceSpec, FieldSpec, GaussianSpec, LampSpec, OnHang, OutputSpec, ProcessesSpec,
+    ArenaSpec, ConvergenceSpec, FieldSpec, FuzzSpec, GaussianSpec, LampSpec, OnHang, OutputSpec,
+    ProcessesSpec,
 };
 pub use light::{LightSpec, RingSpec};
 pub use load::BYTES_MAX;
@@ -94,7 +94,7 @@ pub struct Scenario {
     /// Recorded outputs.
     pub output: OutputSpec,
     /// The fault plan: what shall go wrong, in the order in which faults see each packet and robot.
-    pub fault: Vec<FaultSpec>,
+    pub fault: Vec<Fault>,
     /// Bounds of random fault plans, for `lamplight fuzz`.
     pub fuzz: FuzzSpec,
 
@@ -107,16 +107,14 @@ impl Scenario {
     pub fn parse(source_name: &str, text: &str, overrides: &[Override]) -> Result<Self, ScenarioError> {
         let document = Document::parse(source_name, text, overrides)?;
         let file: File = document.deserialize()?;
-        let resolved = file.resolve(source_name).and_then(|mut scenario| {
-            check::check(&scenario)?;
-            steps::settle(&mut scenario, |path| document.place_of_given(path))?;
+        let plan = (0..file.faults()).map(|index| fault::read(&document, index));
+        let plan = plan.collect::<Result<Vec<_>, _>>()?;
+        let resolved = file.resolve(source_name, plan).and_then(|mut scenario| {
+            check::check(&scenario, &|path| document.place_of_given(path).is_some())?;
+            steps::settle(&mut scenario, &|path| document.place_of_given(path))?;
             Ok(scenario)
         });
-        let mut scenario = resolved.map_err(|problem| document.blame(problem))?;
-        for (index, fault) in scenario.fault.iter_mut().enumerate() {
-            fault.origin = Origin(Some(document.place_of(&format!("fault.{index}.kind"))));
-        }
-        Ok(scenario)
+        resolved.map_err(|problem| document.blame(problem))
     }
 
     /// Length of a neighbor cycle, seconds.

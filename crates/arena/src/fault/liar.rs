@@ -3,7 +3,7 @@
 use protocol::{packet::Packet, robot_id::RobotId};
 
 use super::rule::Rule;
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Liar {
@@ -12,7 +12,7 @@ pub(super) struct Liar {
 }
 
 impl Liar {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
+    pub(super) fn new(spec: &fault::Liar, _: &Scenario) -> Self {
         let as_sent = |light: f64| light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
         Self { light: spec.light_counts.map(|light| as_sent(light.get())), identity: spec.identity }
     }

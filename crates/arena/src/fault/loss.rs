@@ -4,7 +4,7 @@ use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
 };
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Loss {
@@ -12,8 +12,8 @@ pub(super) struct Loss {
 }
 
 impl Loss {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        Self { probability: spec.probability.map_or(0.0, |probability| probability.get()) }
+    pub(super) fn new(spec: &fault::Loss, _: &Scenario) -> Self {
+        Self { probability: spec.probability.get() }
     }
 }
 
