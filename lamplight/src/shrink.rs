@@ -23,7 +23,7 @@ use engine::StopFlag;
 use logging::Format;
 use observe::progress::Meter;
 use processes::signals::{exit_status, raise_on_stop};
-use scenario::{FaultSpec, Scenario};
+use scenario::{Fault, Scenario};
 use serde_json::Value;
 
 use self::{
@@ -268,7 +268,7 @@ fn account(small: &Scenario, expression: &Expression, (faults, robots): (usize, 
 }
 
 /// `kill: at_s = 3.0, robots = "7"`.
-fn in_one_line(fault: &FaultSpec) -> String {
+fn in_one_line(fault: &Fault) -> String {
     let value = serde_json::to_value(fault).expect("a fault is plain data");
     let given = value.as_object().into_iter().flatten();
     let keys: Vec<String> = given
@@ -276,7 +276,7 @@ fn in_one_line(fault: &FaultSpec) -> String {
         .map(|(key, value)| format!("{key} = {value}"))
         .collect();
     match keys.is_empty() {
-        true => fault.kind.name().into(),
-        false => format!("{}: {}", fault.kind.name(), keys.join(", ")),
+        true => fault.name().into(),
+        false => format!("{}: {}", fault.name(), keys.join(", ")),
     }
 }

@@ -13,7 +13,7 @@ use protocol::{
     packet::Packet,
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
-    setup::{Law, Mode},
+    setup::Law,
     units::{Meters, Radians, wrapped},
 };
 
@@ -106,7 +106,7 @@ impl Arena {
     pub fn new(scenario: &Scenario) -> Result<Self, PlacementError> {
         let poses = placement::start(scenario)?;
         let robots = poses.len();
-        let timeout_ticks = scenario.agent_setup(Mode::Lockstep).controller.neighbor_timeout_ticks;
+        let timeout_ticks = scenario.neighbor_timeout_ticks();
         Ok(Self {
             world: World::new(scenario, poses),
             field: Field::new(scenario),

@@ -24,7 +24,7 @@ use crate::{
     packets::Packets,
     random::{Draws, Purpose},
 };
-use scenario::{Access, Scenario};
+use scenario::Scenario;
 
 use reach::{Reach, Reached};
 use timed::TimedChannel;
@@ -82,17 +82,12 @@ impl Channel {
     /// The channel of a scenario, before anything was said.
     pub fn new(scenario: &Scenario) -> Self {
         let reach = Reach::new(scenario);
-        let medium = match scenario.channel.access {
-            None | Some(Access::Instant) => Medium::Instant(InstantChannel::default()),
-            Some(_) => Medium::Timed(Box::new(TimedChannel::new(scenario, &reach))),
+        let medium = match scenario.channel.air() {
+            None => Medium::Instant(InstantChannel::default()),
+            Some(air) => Medium::Timed(Box::new(TimedChannel::new(air, scenario, &reach))),
         };
-        Self {
-            reach,
-            examined: 0,
-            medium,
-            loss: scenario.channel.loss.map_or(0.0, |loss| loss.get()),
-            seed: scenario.seed.get(),
-        }
+        let (loss, seed) = (scenario.channel.loss.get(), scenario.seed.get());
+        Self { reach, examined: 0, medium, loss, seed }
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and

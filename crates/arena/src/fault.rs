@@ -1,26 +1,13 @@
 //! The fault plan: what goes wrong, to whom, and at which tick.
 //!
 //! A fault is a `Rule` with a window of ticks and a `Target` of robots or links, made when it
-//! begins. Faults are asked in the order of the scenario, so a plan means one thing only. A new
-//! kind of fault is one file here and one line in `rule_of`. What each fault did is entered in its
-//! line of the ledger.
+//! begins. Faults are asked in the order of the scenario, so a plan means one thing only. What a kind of fault does is one
+//! file here and one line in `rules!`; its parameters are a file of the same name in the crate `scenario`. What each fault
+//! did is entered in its line of the ledger.
 
-mod burst;
-mod corrupt;
-mod delay;
-mod duplicate;
-mod jam;
-mod kill;
 pub mod ledger;
-mod liar;
-mod loss;
-mod motion;
-mod partition;
-mod pause;
 mod rng;
 mod rule;
-mod sensor;
-mod slow;
 mod target;
 
 use std::ops::Range;
@@ -36,7 +23,10 @@ use crate::{
     frame::{ArenaPoint, Pose},
     payloads::Payloads,
 };
-use scenario::{FaultKind, FaultSpec, ProcessAction, ProcessFault, Scenario};
+use scenario::{
+    ProcessAction, ProcessFault, Scenario,
+    fault::{self, Kind},
+};
 
 use ledger::Line;
 use rng::FaultRng;
@@ -87,7 +77,7 @@ pub struct FaultPlan {
 struct Fault {
     rule: Box<dyn Rule>,
     target: Target,
-    spec: FaultSpec,
+    spec: fault::Target,
     window: Range<Tick>,
     state: State,
     rng: FaultRng,
@@ -105,14 +95,14 @@ impl FaultPlan {
     /// The plan of a scenario, before anything has happened.
     pub fn new(scenario: &Scenario) -> Self {
         let lamps = scenario.lamps().iter().map(|lamp| lamp.position_m.get().into()).collect();
-        let fault = |(index, spec): (usize, &FaultSpec)| {
+        let fault = |(index, spec): (usize, &fault::Fault)| {
             let begins = scenario.tick_at(spec.begins_s());
             let window = begins..spec.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s));
             Fault {
-                rule: rule_of(spec, scenario),
+                rule: rule_of(&spec.kind, scenario),
                 target: Target::none(),
-                spec: spec.clone(),
-                line: Line::new(spec.kind, window.clone()),
+                spec: spec.target.clone(),
+                line: Line::new(spec.kind.kind(), window.clone()),
                 window,
                 state: State::ToCome,
                 rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
@@ -267,21 +257,31 @@ impl FaultPlan {
     }
 }
 
-/// The rule of a fault. A new kind is one more line here.
-fn rule_of(spec: &FaultSpec, scenario: &Scenario) -> Box<dyn Rule> {
-    match spec.kind {
-        FaultKind::Loss => Box::new(loss::Loss::new(spec)),
-        FaultKind::Burst => Box::new(burst::Burst::new(spec)),
-        FaultKind::Delay => Box::new(delay::Delay::new(spec, scenario)),
-        FaultKind::Duplicate => Box::new(duplicate::Duplicate::new(spec, scenario)),
-        FaultKind::Corrupt => Box::new(corrupt::Corrupt::new(spec)),
-        FaultKind::Partition => Box::new(partition::Partition::new(spec)),
-        FaultKind::Jam => Box::new(jam::Jam::new(spec)),
-        FaultKind::Kill => Box::new(kill::Kill::new(spec)),
-        FaultKind::Pause => Box::new(pause::Pause::default()),
-        FaultKind::Slow => Box::new(slow::Slow::new(spec, scenario)),
-        FaultKind::Sensor => Box::new(sensor::Sensor::new(spec)),
-        FaultKind::Motion => Box::new(motion::Motion::new(spec)),
-        FaultKind::Liar => Box::new(liar::Liar::new(spec)),
-    }
+/// Every kind, as the crate `scenario` has them, with its rule.
+macro_rules! rules {
+    ($($file:ident::$Kind:ident,)*) => {
+        $(mod $file;)*
+
+        fn rule_of(kind: &Kind, scenario: &Scenario) -> Box<dyn Rule> {
+            match kind {
+                $(Kind::$Kind(spec) => Box::new($file::$Kind::new(spec, scenario)),)*
+            }
+        }
+    };
+}
+
+rules! {
+    loss::Loss,
+    burst::Burst,
+    delay::Delay,
+    duplicate::Duplicate,
+    corrupt::Corrupt,
+    partition::Partition,
+    jam::Jam,
+    kill::Kill,
+    pause::Pause,
+    slow::Slow,
+    sensor::Sensor,
+    motion::Motion,
+    liar::Liar,
 }

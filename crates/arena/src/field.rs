@@ -10,7 +10,7 @@ use protocol::{
 };
 
 use crate::frame::{ArenaPoint, Pose};
-use scenario::{FieldSpec, GradientSource, Scenario};
+use scenario::{FieldSpec, Gradient, Scenario};
 
 /// Terms of φ as some body sees them.
 pub type SeenField = ArrayVec<FieldComponent, COMPONENTS_MAX>;
@@ -19,7 +19,7 @@ pub type SeenField = ArrayVec<FieldComponent, COMPONENTS_MAX>;
 #[derive(Clone, Debug)]
 pub struct Field {
     spec: FieldSpec,
-    sensor: GradientSource,
+    sensor: Gradient,
 }
 
 impl Field {
@@ -51,9 +51,9 @@ impl Field {
         let here = Vector2::zeros();
         let gradient = BodyVector(sensory_field::gradient(seen, here));
         let stimulus = match self.sensor {
-            GradientSource::Measured => Stimulus::Gradient(gradient),
-            GradientSource::Fixed if gradient.length() == 0.0 => Stimulus::None,
-            GradientSource::Fixed => match Radians::new(gradient.bearing()) {
+            Gradient::Measured => Stimulus::Gradient(gradient),
+            Gradient::Fixed { .. } if gradient.length() == 0.0 => Stimulus::None,
+            Gradient::Fixed { .. } => match Radians::new(gradient.bearing()) {
                 Some(bearing) => Stimulus::Bearing(bearing),
                 None => Stimulus::None,
             },

@@ -19,7 +19,7 @@ use crate::{
     frame::{ArenaPoint, Pose},
     random::{Draws, Purpose},
 };
-use scenario::{LampSpec, LightSensor, Scenario};
+use scenario::{LampSpec, LightSpec, RingSpec, Scenario};
 
 /// The light sensors of all bodies.
 #[derive(Clone, Debug)]
@@ -43,10 +43,12 @@ struct Ring {
 }
 
 impl LightSensors {
-    /// The sensors of a scenario whose defaults are filled in.
+    /// The sensors of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
-        let ring = (scenario.light.sensor == LightSensor::Ring).then(|| Ring::new(scenario));
-        Self { ring }
+        match &scenario.light {
+            LightSpec::Ideal => Self { ring: None },
+            LightSpec::Ring(spec) => Self { ring: Some(Ring::new(spec, scenario)) },
+        }
     }
 
     /// Reads the sensors of robot `robot` at `pose`, where it sees the field as `seen`.
@@ -59,9 +61,8 @@ impl LightSensors {
 }
 
 impl Ring {
-    fn new(scenario: &Scenario) -> Self {
-        let light = &scenario.light;
-        let count = light.diodes.map_or(0, |diodes| diodes.get());
+    fn new(spec: &RingSpec, scenario: &Scenario) -> Self {
+        let count = spec.diodes.get();
         let facing = |diode| {
             let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(diode) / f64::from(count));
             Vector2::new(cos, sin)
@@ -70,11 +71,11 @@ impl Ring {
             lamps: scenario.field.lamp.clone(),
             offset: scenario.field.offset.get(),
             facing: (0..count).map(facing).collect(),
-            height_m: light.height_m.map_or(0.0, |height| height.get()),
-            gain_mismatch: light.gain_mismatch.map_or(0.0, |mismatch| mismatch.get()),
-            noise_counts: light.noise_counts.map_or(0.0, |noise| noise.get()),
-            adc_max_counts: light.adc_max_counts.map_or(f64::INFINITY, |max| max.get()),
-            adc_step_counts: light.adc_step_counts.map_or(1.0, |step| step.get()),
+            height_m: spec.height_m.get(),
+            gain_mismatch: spec.gain_mismatch.get(),
+            noise_counts: spec.noise_counts.get(),
+            adc_max_counts: spec.adc_max_counts.get(),
+            adc_step_counts: spec.adc_step_counts.get(),
             seed: scenario.seed.get(),
         }
     }
@@ -120,6 +121,10 @@ mod tests {
     use super::*;
     use scenario::Override;
 
+    fn ring_of(scenario: &Scenario) -> Ring {
+        LightSensors::new(scenario).ring.unwrap()
+    }
+
     fn scenario(sets: &[&str]) -> Scenario {
         let text = "
             duration_s = 1
@@ -136,14 +141,14 @@ mod tests {
     }
 
     fn read(sets: &[&str], at: ArenaPoint, heading: f64) -> Light {
-        Ring::new(&scenario(sets)).read(0, &Pose { position: at, heading }, 0)
+        ring_of(&scenario(sets)).read(0, &Pose { position: at, heading }, 0)
     }
 
     /// Largest error of the bearing to a lamp, in degrees, over all headings.
     fn worst_bearing_deg(diodes: u32) -> f64 {
         let sets = [format!("light.diodes={diodes}")];
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-        let ring = Ring::new(&scenario(&sets));
+        let ring = ring_of(&scenario(&sets));
         let at = ArenaPoint::new(1.0, 2.0);
         (0..3600)
             .map(|tenth| {
@@ -168,8 +173,7 @@ mod tests {
     /// Largest error of the bearing, in degrees, and the least and the largest strength that a ring tells at so many
     /// meters from a lamp, over all headings; `None` where it sees nothing.
     fn worst(sets: &[&str], distance_m: f64) -> Option<(f64, [f64; 2])> {
-        let ring =
-            Ring::new(&scenario(&[&["arena.size_m=[40, 4]", "light.adc_step_counts=1"], sets].concat()));
+        let ring = ring_of(&scenario(&[&["arena.size_m=[40, 4]", "light.adc_step_counts=1"], sets].concat()));
         let at = ArenaPoint::new(2.0 + distance_m, 2.0);
         (0..100_000).try_fold((0.0_f64, [f64::INFINITY, 0.0]), |(worst_deg, [least, most]), part| {
             let heading = std::f64::consts::PI + std::f64::consts::TAU * f64::from(part) / 1e5;
@@ -206,7 +210,7 @@ mod tests {
         // Half a step is darkness: seen in every heading up to here, from there on in none.
         assert!(worst(&[], 14.6).is_some() && worst(&[], 14.8).is_none());
         let facing = |distance_m: f64| {
-            Ring::new(&scenario(&["arena.size_m=[40, 4]", "light.adc_step_counts=1"]))
+            ring_of(&scenario(&["arena.size_m=[40, 4]", "light.adc_step_counts=1"]))
                 .read(0, &Pose { position: ArenaPoint::new(2.0 + distance_m, 2.0), heading: 0.0 }, 0)
                 .stimulus
         };
@@ -226,11 +230,11 @@ mod tests {
     #[test]
     fn the_converter_saturates_and_rounds() {
         let bright = ["light.adc_max_counts=100", "light.adc_step_counts=10"];
-        let ring = Ring::new(&scenario(&bright));
+        let ring = ring_of(&scenario(&bright));
         assert_eq!(ring.converted(1e6, 0, 0, 0), 100.0);
         assert_eq!(ring.converted(44.0, 0, 0, 0), 40.0);
         assert_eq!(ring.converted(-3.0, 0, 0, 0), 0.0);
-        let coarse = Ring::new(&scenario(&["light.adc_max_counts=1023", "light.adc_step_counts=4"]));
+        let coarse = ring_of(&scenario(&["light.adc_max_counts=1023", "light.adc_step_counts=4"]));
         assert_eq!(coarse.converted(1e6, 0, 0, 0), 1020.0, "no reading is above the largest");
     }
 

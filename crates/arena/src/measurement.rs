@@ -24,16 +24,15 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// The measurement of a channel whose defaults are filled in.
+    /// The measurement of a channel.
     pub fn new(channel: &ChannelSpec) -> Self {
-        let number = |value: Option<scenario::NonNegative>| value.map_or(0.0, |value| value.get());
         Self {
-            sigma_range: number(channel.sigma_range),
-            sigma_bearing_rad: number(channel.sigma_bearing_deg).to_radians(),
-            sigma_orientation_rad: number(channel.sigma_orientation_deg).to_radians(),
-            range_step_m: number(channel.range_step_m),
-            bearing_step_rad: number(channel.bearing_step_deg).to_radians(),
-            orientation_step_rad: number(channel.orientation_step_deg).to_radians(),
+            sigma_range: channel.sigma_range.get(),
+            sigma_bearing_rad: channel.sigma_bearing_deg.get().to_radians(),
+            sigma_orientation_rad: channel.sigma_orientation_deg.get().to_radians(),
+            range_step_m: channel.range_step_m.get(),
+            bearing_step_rad: channel.bearing_step_deg.get().to_radians(),
+            orientation_step_rad: channel.orientation_step_deg.get().to_radians(),
         }
     }
 

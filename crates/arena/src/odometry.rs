@@ -27,9 +27,9 @@ impl Odometers {
     /// Odometry of robots whose lives begin here; `None` if the scenario grants none.
     pub fn new(scenario: &Scenario) -> Option<Self> {
         let robots = scenario.robot_count() as usize;
-        (scenario.sensors.odometry == Some(true)).then(|| Self {
+        scenario.sensors.odometry.map(|odometry| Self {
             seed: scenario.seed.get(),
-            error: scenario.sensors.odometry_error.get(),
+            error: odometry.error.get(),
             counted: vec![Motion::NONE; robots],
             readings: vec![Odometry::default(); robots],
         })

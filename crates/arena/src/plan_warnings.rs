@@ -1,14 +1,12 @@
 //! Parts of a scenario that may not mean what its author thinks: known before the run, worth a warning, no reason to
 //! refuse.
 
-use std::num::NonZeroU32;
-
 use coverage::refinement::WIDTH_SHARE_MIN;
 use nalgebra::Vector2;
 use protocol::setup::Law;
 
 use crate::{field::Field, frame::Pose};
-use scenario::{Access, ChannelModel, FaultKind, FaultSpec, Scenario};
+use scenario::{ChannelModel, Fault, Medium, Scenario};
 
 /// One line for each time of `scenario` that was rounded, for errors of odometry that nobody goes by, for a field with
 /// nothing to cover, for each of its peaks that is too narrow to be integrated well, for each fault that may never
@@ -29,17 +27,17 @@ pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
 }
 
 /// A fault as a person finds it: `plan.toml:41: fault 3 (jam)`.
-pub fn named(index: usize, fault: &FaultSpec) -> String {
+pub fn named(index: usize, fault: &Fault) -> String {
     let place = fault.origin.0.as_ref().map_or(String::new(), |place| format!("{place}: "));
-    format!("{place}fault {index} ({})", fault.kind.name())
+    format!("{place}fault {index} ({})", fault.name())
 }
 
 /// Errors of odometry where nothing is carried along by it: everybody is measured anew at each percept, and nobody is
 /// remembered beyond it.
 fn idle(scenario: &Scenario) -> Option<String> {
-    let forgets = scenario.controller.neighbor_timeout_cycles.is_none_or(|cycles| cycles.get() == 1);
-    let is_idle = forgets && scenario.channel.access == Some(Access::Instant);
-    (scenario.sensors.odometry_error.get() > 0.0 && is_idle).then(|| {
+    let forgets = scenario.controller.neighbor_timeout_cycles.get() == 1;
+    let errs = scenario.sensors.odometry.is_some_and(|odometry| odometry.error.get() > 0.0);
+    (errs && forgets && scenario.channel.medium == Medium::Instant).then(|| {
         "sensors.odometry_error has no effect: robots hear everybody anew in each neighbor cycle and remember nobody beyond \
          it; they do with channel.profile = \"isis\", or with controller.neighbor_timeout_cycles above 1"
             .into()
@@ -89,51 +87,48 @@ fn narrow(scenario: &Scenario) -> Vec<String> {
         .collect()
 }
 
-fn late(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
+fn late(fault: &Fault, scenario: &Scenario) -> Option<String> {
     let (begins_s, duration_s) = (fault.begins_s(), scenario.duration_s.get());
     let last = scenario.ticks();
     let (begins, ends) = (scenario.tick_at(begins_s), fault.ends_s().map(|ends_s| scenario.tick_at(ends_s)));
     if begins > last {
         return Some(format!("begins at {begins_s} s, after the end of the run ({duration_s} s)"));
     }
-    let restarts_late = fault.restart_at_s.is_some() && ends.is_some_and(|ends| ends > last);
+    let restarts_late = fault.nature().at_once && ends.is_some_and(|ends| ends > last);
     restarts_late.then(|| format!("nobody is restarted before the end of the run ({duration_s} s)"))
 }
 
 fn far_links<'a>(
-    fault: &'a FaultSpec,
+    fault: &'a Fault,
     scenario: &'a Scenario,
     poses: &'a [Pose],
 ) -> impl Iterator<Item = String> + 'a {
-    let range_m =
-        (scenario.channel.model == ChannelModel::Range).then_some(scenario.channel.range_m).flatten();
-    fault.links.iter().flatten().filter_map(move |link| {
+    let range_m = match scenario.channel.model {
+        ChannelModel::Range { range_m, .. } => range_m.get(),
+        ChannelModel::Voronoi => f64::INFINITY,
+    };
+    fault.target.links().iter().filter_map(move |link| {
         let apart_m = (poses[link.from as usize].position - poses[link.to as usize].position).norm();
-        let range_m = range_m.filter(|range_m| apart_m > range_m.get())?.get();
-        Some(format!(
-            "link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}"
-        ))
+        (apart_m > range_m).then(|| {
+            format!("link {link} is beyond range at the start: {apart_m:.2} m, channel.range_m is {range_m}")
+        })
     })
 }
 
 /// Does it make packets or answers come after a neighbor is forgotten?
-fn overdue(fault: &FaultSpec, scenario: &Scenario) -> Option<String> {
-    let late_s = fault.delay_s?.get() + fault.jitter_s.map_or(0.0, |jitter| jitter.get());
+fn overdue(fault: &Fault, scenario: &Scenario) -> Option<String> {
+    let (what, late_s) = fault.kind.lateness()?;
     let (late, timeout) = (scenario.tick_at(late_s), scenario.neighbor_timeout_ticks().into());
-    let what = match fault.kind {
-        _ if late < timeout => return None,
-        FaultKind::Delay => "packets come up to",
-        FaultKind::Slow => "answers come",
-        _ => return None,
-    };
-    Some(format!(
-        "{what} {} s late, and a neighbor is forgotten after {} s, controller.neighbor_timeout_cycles = {}; with {} it \
-         is remembered until then",
-        scenario.time_of(late),
-        scenario.time_of(timeout),
-        scenario.controller.neighbor_timeout_cycles.map_or(1, NonZeroU32::get),
-        scenario.cycle_of(late) + 1
-    ))
+    (late >= timeout).then(|| {
+        format!(
+            "{what} {} s late, and a neighbor is forgotten after {} s, controller.neighbor_timeout_cycles = {}; with {} \
+             it is remembered until then",
+            scenario.time_of(late),
+            scenario.time_of(timeout),
+            scenario.controller.neighbor_timeout_cycles,
+            scenario.cycle_of(late) + 1
+        )
+    })
 }
 
 #[cfg(test)]

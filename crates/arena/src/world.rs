@@ -63,7 +63,7 @@ impl World {
             positions: Vec::with_capacity(poses.len()),
             displacements: Vec::with_capacity(poses.len()),
             yields: Vec::with_capacity(poses.len()),
-            rolled: (scenario.sensors.odometry == Some(true)).then(Vec::new),
+            rolled: scenario.sensors.odometry.map(|_| Vec::new()),
             poses,
         }
     }

@@ -10,7 +10,7 @@ use arena::{
     random::{Draws, Purpose},
 };
 use protocol::{oscillator::Oscillator, packet::Packet, robot_id::RobotId};
-use scenario::{Override, Scenario};
+use scenario::{Access, ChannelModel, Override, Scenario};
 
 /// Robots that all hear each other, and a channel that only collisions disturb.
 fn crowd(robots: usize, seed: u64, channel: &[String]) -> Scenario {
@@ -194,9 +194,14 @@ enum Way {
 fn heard_by_brute_force(poses: &[Pose], channel: &scenario::ChannelSpec, seed: u64) -> f64 {
     const CYCLES: u64 = 40;
     const RADIUS_M: f64 = 0.05;
-    let (airtime_s, window_s) = (channel.airtime_s.unwrap().get(), 1.0 - channel.guard_s.unwrap().get());
-    let (range_m, edge_m) = (channel.range_m.unwrap().get(), channel.soft_edge_m.unwrap().get());
-    let interference_m = channel.interference_range_m.unwrap().get();
+    let air = channel.air().unwrap();
+    let (Access::Random { guard_s }, ChannelModel::Range { range_m, soft_edge_m, interference_range_m }) =
+        (air.access, channel.model)
+    else {
+        panic!("{channel:?}")
+    };
+    let (airtime_s, window_s) = (air.airtime_s.get(), 1.0 - guard_s.get());
+    let (range_m, edge_m, interference_m) = (range_m.get(), soft_edge_m.get(), interference_range_m.get());
     let mut draws = Draws::of(seed, Purpose::FuzzChannel, 0, 0, 0);
     let mut packets = Vec::new();
     for sender in 0..poses.len() {
@@ -217,7 +222,7 @@ fn heard_by_brute_force(poses: &[Pose], channel: &scenario::ChannelSpec, seed: u
         let fades = distance_m > range_m || (range_m - distance_m) / edge_m < draws.unit();
         let disturbs = if interference_m > range_m { distance_m <= interference_m } else { !fades };
         match blocked(sender, receiver) {
-            true if disturbs && channel.occluded_interference == Some(true) => Way::Disturbs,
+            true if disturbs && air.occluded_interference => Way::Disturbs,
             true => Way::Lost,
             false if !fades => Way::Read,
             false if disturbs => Way::Disturbs,
@@ -236,15 +241,13 @@ fn heard_by_brute_force(poses: &[Pose], channel: &scenario::ChannelSpec, seed: u
         let mut locked_s = f64::NEG_INFINITY;
         for (place, &(start_s, _)) in here.iter().enumerate().filter(|(_, (_, way))| *way == Way::Read) {
             arrived += 1;
-            if channel.half_duplex == Some(true)
-                && own.iter().any(|own_s| (own_s - start_s).abs() < airtime_s)
-            {
+            if air.half_duplex && own.iter().any(|own_s| (own_s - start_s).abs() < airtime_s) {
                 continue;
             }
             let overlaps = |&&(other_s, _): &&(f64, Way)| (other_s - start_s).abs() < airtime_s;
             let before = || here[..place].iter().rev().take_while(overlaps);
             let after = || here[place + 1..].iter().take_while(overlaps);
-            let gets_through = match channel.capture.unwrap() {
+            let gets_through = match air.capture {
                 scenario::Capture::None => before().chain(after()).all(|(_, way)| *way == Way::Lost),
                 scenario::Capture::FirstLock if before().any(|(_, way)| *way == Way::Disturbs) => false,
                 scenario::Capture::FirstLock if locked_s > start_s => false,

@@ -18,7 +18,7 @@ use protocol::{
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
-use scenario::{ProcessAction, ProcessFault, Scenario};
+use scenario::{ChannelModel, NonNegative, Positive, ProcessAction, ProcessFault, Scenario};
 
 /// Ten robots in a row, 0.1 m apart, all in range of each other, and some faults.
 fn scenario(faults: &str) -> Scenario {
@@ -129,6 +129,13 @@ fn runs_of(value: bool, all: &[bool]) -> Vec<usize> {
     let whole: Vec<(bool, usize)> = all.chunk_by(|a, b| a == b).map(|run| (run[0], run.len())).collect();
     let inner = &whole[1..whole.len() - 1];
     inner.iter().filter(|(lost, _)| *lost == value).map(|(_, length)| *length).collect()
+}
+
+/// Packets that reach so far, and no farther.
+fn range(range_m: f64) -> ChannelModel {
+    let range_m = Positive::new(range_m).unwrap();
+    let soft_edge_m = NonNegative::new(0.0).unwrap();
+    ChannelModel::Range { range_m, soft_edge_m, interference_range_m: range_m }
 }
 
 mod packets {
@@ -333,7 +340,7 @@ mod packets {
         let fault = "[[fault]]\nkind = \"loss\"\nprobability = 1.0";
         let played = |faults: &str| {
             let mut scenario = scenario(&format!("{isis}{faults}"));
-            scenario.channel.range_m = scenario::Positive::new(0.45);
+            scenario.channel.model = range(0.45);
             run(&scenario, 100, |_, _| {})
         };
         let (healthy, faulty) = (played("").packets(), played(fault));
@@ -719,7 +726,7 @@ mod plans {
             restart_at_s = 150
             robots = 1";
         let mut scenario = scenario(faults);
-        scenario.channel.range_m = scenario::Positive::new(0.85);
+        scenario.channel.model = range(0.85);
         let poses = placement::start(&scenario).unwrap();
         assert_eq!(
             warnings(&scenario, &poses),

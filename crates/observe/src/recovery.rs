@@ -46,12 +46,12 @@ impl Recovery {
     /// Nothing has happened yet.
     pub fn new(scenario: &Scenario) -> Self {
         let ticks = |time_s| scenario.tick_at(time_s);
-        let watch = |fault: &scenario::FaultSpec| Watch {
+        let watch = |fault: &scenario::Fault| Watch {
             begins: ticks(fault.begins_s()),
             // Who is killed is gone at once; what comes later is the recovery.
-            ends: match fault.at_s {
-                Some(at_s) => ticks(at_s.get()),
-                None => fault.ends_s().map_or(Tick::MAX, ticks),
+            ends: match fault.nature().at_once {
+                true => ticks(fault.begins_s()),
+                false => fault.ends_s().map_or(Tick::MAX, ticks),
             },
             before: None,
             back_since: [None; 2],

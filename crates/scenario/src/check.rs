@@ -10,12 +10,13 @@ use protocol::setup::Law;
 
 use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
-use super::fault_check;
-use super::light::LightSensor;
-use super::number::{NonNegative, Positive, RobotCount};
+use super::controller::{ControllerSpec, Gradient};
+use super::fault;
+use super::file::FieldSpec;
+use super::light::LightSpec;
+use super::number::Positive;
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
-use super::tables::{ControllerSpec, Drive, FieldSpec, GradientSource, RobotsSpec};
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
 pub const MAX_GAIN_STEP: f64 = 1.5;
@@ -43,64 +44,9 @@ const COUNTS_MIN: f64 = 1e-9;
 /// Largest drift of a clock, parts per million: far beyond any oscillator.
 const DRIFT_MAX_PPM: f64 = 1e5;
 
-/// The number of robots that `count` and `positions_m` agree on.
-pub(super) fn robot_count(robots: &RobotsSpec) -> Result<RobotCount, Problem> {
-    let positions = robots.positions_m.as_ref().map(Vec::len);
-    match (robots.count, positions) {
-        (None, None) => Err(problem(&["robots"], "`count` is missing in [robots]")),
-        (None, Some(positions)) => RobotCount::try_from(positions as i128)
-            .map_err(|refused| problem(&["robots.positions_m"], format!("robots.positions_m: {refused}"))),
-        (Some(count), Some(positions)) if count.get() as usize != positions => Err(problem(
-            &["robots.count", "robots.positions_m"],
-            format!("robots.count is {}, but robots.positions_m places {positions}", count.get()),
-        )
-        .hint("without positions_m (on the command line: --set robots.positions_m=) placement is random")),
-        (Some(count), _) => Ok(count),
-    }
-}
-
-/// Does every key that is given mean something? To be asked before defaults are filled in.
-pub(super) fn given(scenario: &Scenario) -> Result<(), Problem> {
-    let (channel, light) = (&scenario.channel, &scenario.light);
-    if channel.model == ChannelModel::Voronoi {
-        let keys = [
-            ("range_m", channel.range_m.is_some()),
-            ("soft_edge_m", channel.soft_edge_m.is_some()),
-            ("interference_range_m", channel.interference_range_m.is_some()),
-        ];
-        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
-            return Err(without_meaning(&format!("channel.{key}"), "channel.model", "voronoi"));
-        }
-    }
-    if channel.occluded_interference.is_some() && channel.occlusion != Some(true) {
-        let path = "channel.occluded_interference";
-        let message = format!("{path} has no meaning without channel.occlusion = true: bodies block nothing");
-        return Err(problem(&[path], message).hint(format!("remove it (on the command line: --set {path}=)")));
-    }
-    if let Some(key) = channel.meaningless_with_access().next() {
-        let (choice, chosen) = match channel.access {
-            Some(access) => ("channel.access", name(&access)),
-            None => ("channel.profile", name(&channel.profile)),
-        };
-        return Err(without_meaning(&format!("channel.{key}"), choice, &chosen));
-    }
-    let sensors = &scenario.sensors;
-    let by_default = scenario.robots.drive == Drive::Differential;
-    if sensors.odometry_error.get() > 0.0 && !sensors.odometry.unwrap_or(by_default) {
-        let path = "sensors.odometry_error";
-        let message = format!("{path} has no meaning without odometry");
-        return Err(
-            problem(&[path], message).hint("grant it (on the command line: --set sensors.odometry=true)")
-        );
-    }
-    match light.meaningless_without_ring().next() {
-        Some(key) => Err(without_meaning(&format!("light.{key}"), "light.sensor", "ideal")),
-        None => Ok(()),
-    }
-}
-
-/// Everything else, from the first table to the last.
-pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+/// Everything that no table can answer alone, from the first table to the last. `is_given` tells of a path whether the
+/// file or an override gives it.
+pub(super) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Result<(), Problem> {
     time(scenario)?;
     headings(scenario)?;
     size(scenario)?;
@@ -109,7 +55,6 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     positions_apart(scenario)?;
     field(&scenario.field)?;
     gain(scenario)?;
-    gradient(&scenario.controller)?;
     cell_cap(&scenario.controller)?;
     bounded_cells(scenario)?;
     light(scenario)?;
@@ -119,7 +64,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     air(&scenario.channel)?;
     fast_clocks(scenario)?;
     measurement(scenario)?;
-    fault_check::plan(scenario)
+    fault::check(scenario, is_given)
 }
 
 fn time(scenario: &Scenario) -> Result<(), Problem> {
@@ -280,22 +225,8 @@ fn gain(scenario: &Scenario) -> Result<(), Problem> {
     })
 }
 
-fn gradient(controller: &ControllerSpec) -> Result<(), Problem> {
-    let path = "controller.gradient_magnitude_per_m";
-    match (controller.gradient, controller.gradient_magnitude_per_m) {
-        (GradientSource::Fixed, None) => Err(problem(
-            &["controller.gradient"],
-            "controller.gradient = \"fixed\" needs `gradient_magnitude_per_m` in [controller]",
-        )),
-        (GradientSource::Measured, Some(_)) => Err(without_meaning(path, "controller.gradient", "measured")),
-        (GradientSource::Fixed, Some(_)) | (GradientSource::Measured, None) => Ok(()),
-    }
-}
-
 fn light(scenario: &Scenario) -> Result<(), Problem> {
-    if scenario.light.sensor != LightSensor::Ring {
-        return Ok(());
-    }
+    let LightSpec::Ring(ring) = &scenario.light else { return Ok(()) };
     ensure(!scenario.field.lamp.is_empty(), || {
         problem(&["light.sensor"], "light.sensor = \"ring\" needs lamps, and the field has none")
     })?;
@@ -305,22 +236,20 @@ fn light(scenario: &Scenario) -> Result<(), Problem> {
             problem(&[&path], format!("{path} = {peak}: a diode sees no darkness; peaks are zero or more"))
         })?;
     }
-    let light = &scenario.light;
     let bounded = [
-        ("height_m", light.height_m.map(|height| height.get()), WIDTH_MIN_M, SIDE_MAX_M),
-        ("gain_mismatch", light.gain_mismatch.map(|mismatch| mismatch.get()), 0.0, 1.0),
-        ("noise_counts", light.noise_counts.map(|noise| noise.get()), 0.0, COUNTS_MAX),
-        ("adc_max_counts", light.adc_max_counts.map(|max| max.get()), COUNTS_MIN, COUNTS_MAX),
-        ("adc_step_counts", light.adc_step_counts.map(|step| step.get()), COUNTS_MIN, COUNTS_MAX),
+        ("height_m", ring.height_m.get(), WIDTH_MIN_M, SIDE_MAX_M),
+        ("gain_mismatch", ring.gain_mismatch.get(), 0.0, 1.0),
+        ("noise_counts", ring.noise_counts.get(), 0.0, COUNTS_MAX),
+        ("adc_max_counts", ring.adc_max_counts.get(), COUNTS_MIN, COUNTS_MAX),
+        ("adc_step_counts", ring.adc_step_counts.get(), COUNTS_MIN, COUNTS_MAX),
     ];
     for (key, value, least, most) in bounded {
-        ensure(value.is_none_or(|value| (least..=most).contains(&value)), || {
-            let value = value.unwrap_or_default();
+        ensure((least..=most).contains(&value), || {
             let message = format!("light.{key} = {value:e} is beyond {least:e} to {most:e}");
             problem(&[&format!("light.{key}")], message)
         })?;
     }
-    ensure(scenario.controller.gradient == GradientSource::Fixed, || {
+    ensure(matches!(scenario.controller.gradient, Gradient::Fixed { .. }), || {
         problem(
             &["light.sensor", "controller.gradient"],
             "a ring of diodes tells a direction, but no gradient: it needs controller.gradient = \"fixed\"",
@@ -329,22 +258,18 @@ fn light(scenario: &Scenario) -> Result<(), Problem> {
 }
 
 fn reach(channel: &ChannelSpec) -> Result<(), Problem> {
-    let (ChannelModel::Range, range_m) = (channel.model, channel.range_m) else { return Ok(()) };
-    let Some(range_m) = range_m else {
-        return Err(problem(&["channel.model"], "channel.model = \"range\" needs `range_m` in [channel]"));
+    let ChannelModel::Range { range_m, soft_edge_m, interference_range_m } = channel.model else {
+        return Ok(());
     };
-    let edge_m = channel.soft_edge_m.map_or(0.0, |edge| edge.get());
-    ensure(edge_m <= range_m.get(), || {
-        let message = format!("the soft edge of {edge_m} m is wider than the range of {} m", range_m.get());
+    let (range_m, edge_m, interference_m) = (range_m.get(), soft_edge_m.get(), interference_range_m.get());
+    ensure(edge_m <= range_m, || {
+        let message = format!("the soft edge of {edge_m} m is wider than the range of {range_m} m");
         problem(&["channel.soft_edge_m", "channel.range_m"], message)
     })?;
-    let interference_m =
-        channel.interference_range_m.map_or(range_m.get(), |interference| interference.get());
-    ensure(interference_m >= range_m.get(), || {
+    ensure(interference_m >= range_m, || {
         let message = format!(
-            "channel.interference_range_m = {interference_m} is less than range_m = {}: a packet that can be read \
-             disturbs as well",
-            range_m.get()
+            "channel.interference_range_m = {interference_m} is less than range_m = {range_m}: a packet that can be \
+             read disturbs as well"
         );
         problem(&["channel.interference_range_m", "channel.range_m"], message)
             .hint("without it (on the command line: --set channel.interference_range_m=) it is range_m")
@@ -389,11 +314,8 @@ fn clocks(scenario: &Scenario) -> Result<(), Problem> {
 
 /// Packets of one robot never overlap, and each fits where it is to be.
 fn air(channel: &ChannelSpec) -> Result<(), Problem> {
-    let (Some(access), Some(cycle_s), Some(airtime_s)) = (channel.access, channel.cycle_s, channel.airtime_s)
-    else {
-        return Ok(());
-    };
-    let (cycle_s, airtime_s) = (cycle_s.get(), airtime_s.get());
+    let Some(air) = channel.air() else { return Ok(()) };
+    let (cycle_s, airtime_s) = (channel.cycle_s.get(), air.airtime_s.get());
     ensure(airtime_s <= cycle_s, || {
         let message = format!(
             "a packet of channel.airtime_s = {airtime_s} is longer than the cycle, channel.cycle_s = {cycle_s}"
@@ -401,9 +323,9 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
         problem(&["channel.airtime_s", "channel.cycle_s", "channel.profile"], message)
     })?;
     let fits = |needed_s: f64| needed_s <= cycle_s * (1.0 + ROUNDING);
-    match access {
-        Access::Random | Access::Aligned => {
-            let guard_s = channel.guard_s.map_or(airtime_s, |guard| guard.get());
+    match air.access {
+        Access::Random { guard_s } | Access::Aligned { guard_s } => {
+            let guard_s = guard_s.get();
             ensure((airtime_s..=cycle_s).contains(&guard_s), || {
                 let message = format!(
                     "channel.guard_s = {guard_s} is not between airtime_s = {airtime_s} (a packet ends in its \
@@ -412,17 +334,14 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
                 problem(&["channel.guard_s", "channel.airtime_s"], message)
             })
         }
-        Access::Slotted => {
-            let slots = channel.slots.map_or(1, |slots| slots.get());
-            ensure(fits(f64::from(slots) * airtime_s), || {
-                let message = format!(
-                    "{slots} slots of channel.airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
-                );
-                problem(&["channel.slots", "channel.airtime_s"], message)
-            })
-        }
-        Access::FixedPhase => {
-            let jitter_s = channel.jitter_s.map_or(0.0, |jitter| jitter.get());
+        Access::Slotted { slots } => ensure(fits(f64::from(slots.get()) * airtime_s), || {
+            let message = format!(
+                "{slots} slots of channel.airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
+            );
+            problem(&["channel.slots", "channel.airtime_s"], message)
+        }),
+        Access::FixedPhase { jitter_s } => {
+            let jitter_s = jitter_s.get();
             ensure(fits(jitter_s + airtime_s), || {
                 let message = format!(
                     "channel.jitter_s = {jitter_s} and airtime_s = {airtime_s} do not fit into cycle_s = {cycle_s}"
@@ -430,20 +349,18 @@ fn air(channel: &ChannelSpec) -> Result<(), Problem> {
                 problem(&["channel.jitter_s", "channel.airtime_s"], message)
             })
         }
-        Access::Instant => Ok(()),
     }
 }
 
 /// Checks that a cycle holds what it has to on the fastest clock as well.
 fn fast_clocks(scenario: &Scenario) -> Result<(), Problem> {
-    let (channel, drift_ppm) = (&scenario.channel, scenario.processes.clock_drift_ppm.get());
-    let seconds = |key: Option<NonNegative>| key.map_or(0.0, |seconds| seconds.get());
-    let airtime_s = channel.airtime_s.map_or(0.0, |airtime| airtime.get());
-    let (key, needed_s) = match channel.access {
-        Some(Access::Random) => ("channel.guard_s", seconds(channel.guard_s)),
-        Some(Access::FixedPhase) => ("channel.airtime_s", seconds(channel.jitter_s) + airtime_s),
-        _ => return Ok(()),
+    let Some(air) = scenario.channel.air() else { return Ok(()) };
+    let (key, needed_s) = match air.access {
+        Access::Random { guard_s } => ("channel.guard_s", guard_s.get()),
+        Access::FixedPhase { jitter_s } => ("channel.airtime_s", jitter_s.get() + air.airtime_s.get()),
+        Access::Aligned { .. } | Access::Slotted { .. } => return Ok(()),
     };
+    let drift_ppm = scenario.processes.clock_drift_ppm.get();
     let shortest_s = scenario.cycle_s() * (1.0 - drift_ppm * 1e-6);
     ensure(drift_ppm == 0.0 || needed_s <= shortest_s * (1.0 + ROUNDING), || {
         let what = if key == "channel.guard_s" { "the guard" } else { "jitter and airtime" };
@@ -465,17 +382,17 @@ fn measurement(scenario: &Scenario) -> Result<(), Problem> {
         ("channel.sigma_orientation_deg", channel.sigma_orientation_deg, 180.0),
         ("channel.bearing_step_deg", channel.bearing_step_deg, 360.0),
         ("channel.orientation_step_deg", channel.orientation_step_deg, 360.0),
-        ("sensors.odometry_error", Some(scenario.sensors.odometry_error), 1.0),
     ];
-    for (key, value, most) in bounded {
-        let value = value.map_or(0.0, |value| value.get());
+    let odometry = scenario.sensors.odometry.map(|odometry| ("sensors.odometry_error", odometry.error, 1.0));
+    for (key, value, most) in bounded.into_iter().chain(odometry) {
+        let value = value.get();
         ensure(value <= most, || problem(&[key], format!("{key} = {value} is more than {most}")))?;
     }
     let steps = [
         ("bearing_step_deg", channel.bearing_step_deg),
         ("orientation_step_deg", channel.orientation_step_deg),
     ];
-    steps.into_iter().try_for_each(|(key, step)| whole_turn(key, step.map_or(0.0, |step| step.get())))
+    steps.into_iter().try_for_each(|(key, step)| whole_turn(key, step.get()))
 }
 
 /// A turn is a whole number of steps; else the last one would be shorter than the others, straight behind a robot.
@@ -488,17 +405,6 @@ fn whole_turn(key: &str, step_deg: f64) -> Result<(), Problem> {
         problem(&[&format!("channel.{key}")], message)
             .hint(format!("the nearest steps that do are {finer_deg} and {coarser_deg} (0 is exact)"))
     })
-}
-
-/// As the file spells it.
-fn name(choice: &impl serde::Serialize) -> String {
-    let value = toml::Value::try_from(choice).expect("a choice is a name");
-    value.as_str().unwrap_or_default().to_owned()
-}
-
-fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
-    problem(&[path, choice], format!("{path} has no meaning with {choice} = \"{chosen}\""))
-        .hint(format!("remove it (on the command line: --set {path}=)"))
 }
 
 /// For messages: at most six decimals.

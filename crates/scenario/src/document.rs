@@ -13,9 +13,9 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::error::{Place, ScenarioError};
 use super::explain;
+use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
-use super::tables::TABLES;
 
 /// In the path of an override: every entry of an array.
 const EVERY: &str = "*";
@@ -54,6 +54,31 @@ impl<'a> Document<'a> {
         self.refuse_arrays_for_tables()?;
         T::deserialize(ValueDeserializer::from(self.root.clone()))
             .map_err(|error| explain::refusal(&error, self))
+    }
+
+    /// The part of the table at a path with the keys that `keep` keeps.
+    pub(super) fn read<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        keep: impl Fn(&str) -> bool,
+    ) -> Result<T, ScenarioError> {
+        let node = path.split('.').try_fold(&self.root, child).unwrap_or(&self.root);
+        let part = match node.get_ref() {
+            DeValue::Table(table) => {
+                let kept = table.iter().filter(|(key, _)| keep(key.get_ref()));
+                DeValue::Table(kept.map(|(key, value)| (key.clone(), value.clone())).collect())
+            }
+            other => other.clone(),
+        };
+        T::deserialize(ValueDeserializer::from(Spanned::new(node.span(), part)))
+            .map_err(|error| explain::refusal(&error, self))
+    }
+
+    /// The keys of the table at a path.
+    pub(super) fn keys(&self, path: &str) -> Vec<String> {
+        let node = path.split('.').try_fold(&self.root, child);
+        let table = node.and_then(|node| node.get_ref().as_table()).into_iter().flatten();
+        table.map(|(key, _)| key.get_ref().to_string()).collect()
     }
 
     /// Serde would read `[[channel]]` as a list of the fields of `[channel]`, and forget those to spare.

@@ -8,9 +8,9 @@ use toml::de::Error;
 
 use super::document::{Document, Source};
 use super::error::{Place, ScenarioError};
+use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
-use super::tables::TABLES;
 
 /// Below this similarity (Jaro-Winkler, 0 to 1) a valid word is not what the user meant.
 const SIMILAR: f64 = 0.8;
@@ -95,7 +95,7 @@ fn missing(key: &str, table: &str) -> String {
 }
 
 /// Which of the valid words was meant, as the end of a message; or all of them, as a hint.
-fn suggestion(word: &str, valid: &[&str]) -> (String, Option<String>) {
+pub(super) fn suggestion(word: &str, valid: &[&str]) -> (String, Option<String>) {
     let mut ranked: Vec<_> = valid.iter().map(|v| (strsim::jaro_winkler(word, v), *v)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     match ranked[..] {

@@ -2,7 +2,7 @@
 
 /// A problem with values that are well-formed by themselves.
 #[derive(Debug)]
-pub(super) struct Problem {
+pub struct Problem {
     /// Paths of the values that disagree; the error points at the first that an override set, else the first.
     pub(super) paths: Vec<String>,
     /// The problem, in one line.

@@ -68,26 +68,14 @@ pub(super) fn time_of(steps: u64, step_s: f64) -> f64 {
 /// a value was written, if it was.
 pub(super) fn settle(
     scenario: &mut Scenario,
-    place_of: impl Fn(&str) -> Option<Place>,
+    place_of: &dyn Fn(&str) -> Option<Place>,
 ) -> Result<(), Problem> {
     let mut settling = Settling { step_s: scenario.step_s.get(), place_of, rounded: Vec::new() };
     settling.settle("duration_s", 1, Some(&mut scenario.duration_s))?;
     settling.settle("output.metrics_every_s", 1, Some(&mut scenario.output.metrics_every_s))?;
     settling.settle("output.poses_every_s", 1, scenario.output.poses_every_s.as_mut())?;
     for (index, fault) in scenario.fault.iter_mut().enumerate() {
-        let path = |key: &str| format!("fault.{index}.{key}");
-        settling.settle(&path("from_s"), 0, fault.from_s.as_mut())?;
-        settling.settle(&path("until_s"), 0, fault.until_s.as_mut())?;
-        settling.settle(&path("at_s"), 0, fault.at_s.as_mut())?;
-        settling.settle(&path("restart_at_s"), 0, fault.restart_at_s.as_mut())?;
-        match fault.jitter_s.filter(|jitter| jitter.get() > 0.0) {
-            None => settling.settle(&path("delay_s"), 1, fault.delay_s.as_mut())?,
-            // Their sum is rounded, packet by packet.
-            Some(jitter) => {
-                settling.bound(&path("jitter_s"), jitter.get())?;
-                settling.bound(&path("delay_s"), fault.delay_s.map_or(0.0, |delay| delay.get()))?;
-            }
-        }
+        fault.settle(&|key| format!("fault.{index}.{key}"), &mut settling)?;
     }
     // These are the bounds of scenarios to come, which are settled in their turn.
     let fuzz = &scenario.fuzz;
@@ -97,15 +85,21 @@ pub(super) fn settle(
     Ok(())
 }
 
-struct Settling<F> {
+/// Times on their way to whole numbers of steps.
+pub(super) struct Settling<'a> {
     step_s: f64,
-    place_of: F,
+    place_of: &'a dyn Fn(&str) -> Option<Place>,
     rounded: Vec<Rounded>,
 }
 
-impl<F: Fn(&str) -> Option<Place>> Settling<F> {
+impl Settling<'_> {
     /// Makes a time a whole number of steps, at least `steps_min`.
-    fn settle<T>(&mut self, path: &str, steps_min: u64, time: Option<&mut T>) -> Result<(), Problem>
+    pub(super) fn settle<T>(
+        &mut self,
+        path: &str,
+        steps_min: u64,
+        time: Option<&mut T>,
+    ) -> Result<(), Problem>
     where
         T: Copy + Into<f64> + TryFrom<f64, Error: fmt::Debug>,
     {
@@ -124,8 +118,8 @@ impl<F: Fn(&str) -> Option<Place>> Settling<F> {
         Ok(())
     }
 
-    /// A default is not refused: it is longer than any run.
-    fn bound(&self, path: &str, time_s: f64) -> Result<(), Problem> {
+    /// Refuses a time that is too long to be counted. A default is not refused: it is longer than any run.
+    pub(super) fn bound(&self, path: &str, time_s: f64) -> Result<(), Problem> {
         let step_s = self.step_s;
         let longest_s = STEPS_MAX as f64 * step_s;
         ensure(time_s <= longest_s || (self.place_of)(path).is_none(), || {

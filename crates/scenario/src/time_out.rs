@@ -2,17 +2,17 @@
 
 use std::num::NonZeroU32;
 
-use super::channel::{Access, ChannelSpec};
-use super::faults::{FaultKind, FaultSpec};
+use super::channel::{ChannelModel, ChannelSpec, Medium};
+use super::fault::Fault;
 
 /// Cycles where every robot in reach is heard in each: silence means gone.
 const IF_ALL_IS_HEARD: NonZeroU32 = NonZeroU32::MIN;
 /// Cycles elsewhere: as many as an r-one remembers.
 const IF_SOME_IS_LOST: NonZeroU32 = constant!(NonZeroU32, 4);
 
-/// The default of `controller.neighbor_timeout_cycles` with this channel, filled in, and this plan.
-pub(super) fn default_cycles(channel: &ChannelSpec, plan: &[FaultSpec]) -> NonZeroU32 {
-    match loses(channel) || plan.iter().any(|fault| silences(fault.kind)) {
+/// The default of `controller.neighbor_timeout_cycles` with this channel and this plan.
+pub(super) fn default_cycles(channel: &ChannelSpec, plan: &[Fault]) -> NonZeroU32 {
+    match loses(channel) || plan.iter().any(|fault| fault.nature().silences) {
         true => IF_SOME_IS_LOST,
         false => IF_ALL_IS_HEARD,
     }
@@ -21,28 +21,6 @@ pub(super) fn default_cycles(channel: &ChannelSpec, plan: &[FaultSpec]) -> NonZe
 /// Whether a robot in reach may go unheard for a cycle: packets collide, are lost by chance, fade at the edge of the
 /// range, or are hidden by a body that passes.
 fn loses(channel: &ChannelSpec) -> bool {
-    channel.access != Some(Access::Instant)
-        || channel.loss.is_some_and(|loss| loss.get() > 0.0)
-        || channel.soft_edge_m.is_some_and(|edge| edge.get() > 0.0)
-        || channel.occlusion == Some(true)
-}
-
-/// Whether a fault of this kind may let a robot that speaks go unheard for a cycle.
-fn silences(kind: FaultKind) -> bool {
-    match kind {
-        FaultKind::Loss
-        | FaultKind::Burst
-        | FaultKind::Delay
-        | FaultKind::Corrupt
-        | FaultKind::Partition
-        | FaultKind::Jam => true,
-        // The packet itself comes in time, whatever its copies do.
-        FaultKind::Duplicate => false,
-        // Their silence is no loss: they do not speak.
-        FaultKind::Kill | FaultKind::Pause => false,
-        // Until a new answer comes, the last packet is sent again.
-        FaultKind::Slow => false,
-        // They speak as always, if falsely.
-        FaultKind::Sensor | FaultKind::Motion | FaultKind::Liar => false,
-    }
+    let fades = matches!(channel.model, ChannelModel::Range { soft_edge_m, .. } if soft_edge_m.get() > 0.0);
+    channel.medium != Medium::Instant || channel.loss.get() > 0.0 || fades || channel.occlusion
 }

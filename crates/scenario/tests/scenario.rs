@@ -7,7 +7,8 @@ use expect_test::{Expect, expect};
 use proptest::prelude::*;
 use protocol::setup::{GradientMode, Mode, Plane};
 use scenario::{
-    Access, BYTES_MAX, Override, Positive, SEED_MAX, STEPS_MAX, Scenario, ScenarioError, schema_json,
+    Access, BYTES_MAX, ChannelModel, NonNegative, Override, SEED_MAX, STEPS_MAX, Scenario, ScenarioError,
+    schema_json,
 };
 
 /// The smallest scenario there is.
@@ -276,7 +277,7 @@ mod reading {
     fn a_neighbor_is_remembered_for_four_cycles_wherever_packets_can_be_lost_or_late() {
         let cycles = |overrides: &[&str]| {
             let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
-            scenario.controller.neighbor_timeout_cycles.map(|cycles| cycles.get())
+            scenario.controller.neighbor_timeout_cycles.get()
         };
         for overrides in [
             &["channel.loss=0.3"][..],
@@ -291,9 +292,9 @@ mod reading {
             &["fault=[{ kind = \"partition\", groups = [\"0\", \"1\"] }]"],
             &["fault=[{ kind = \"jam\", region = { center_m = [1, 0.5], radius_m = 0.1 } }]"],
         ] {
-            assert_eq!(cycles(overrides), Some(4), "{overrides:?}");
+            assert_eq!(cycles(overrides), 4, "{overrides:?}");
             let given = [overrides, &["controller.neighbor_timeout_cycles=2"]].concat();
-            assert_eq!(cycles(&given), Some(2), "{given:?}");
+            assert_eq!(cycles(&given), 2, "{given:?}");
         }
         for overrides in [
             &[][..],
@@ -306,17 +307,18 @@ mod reading {
             &["fault=[{ kind = \"motion\", stuck = true }]"],
             &["fault=[{ kind = \"liar\", identity = 1 }]"],
         ] {
-            assert_eq!(cycles(overrides), Some(1), "{overrides:?}");
+            assert_eq!(cycles(overrides), 1, "{overrides:?}");
         }
     }
 
     #[test]
     fn wheels_have_odometry_unless_the_scenario_says_otherwise() {
-        let odometry = |sets: &[&str]| parse(SMALLEST, sets).expect("a good scenario").sensors.odometry;
-        assert_eq!(odometry(&[]), Some(false));
-        assert_eq!(odometry(&["robots.drive=differential"]), Some(true));
-        assert_eq!(odometry(&["robots.drive=differential", "sensors.odometry=false"]), Some(false));
-        assert_eq!(odometry(&["sensors.odometry=true"]), Some(true));
+        let odometry =
+            |sets: &[&str]| parse(SMALLEST, sets).expect("a good scenario").sensors.odometry.is_some();
+        assert!(!odometry(&[]));
+        assert!(odometry(&["robots.drive=differential"]));
+        assert!(!odometry(&["robots.drive=differential", "sensors.odometry=false"]));
+        assert!(odometry(&["sensors.odometry=true"]));
     }
 
     #[test]
@@ -344,14 +346,18 @@ mod reading {
     fn the_infrared_of_the_swarmbots_is_what_the_guide_says() {
         let isis =
             parse(SMALLEST, &["channel.profile=isis", "channel.range_m="]).expect("a good scenario").channel;
-        assert_eq!((isis.access, isis.half_duplex), (Some(Access::Random), Some(true)));
-        let seconds = |time: Option<Positive>| time.map(Positive::get);
-        assert_eq!((seconds(isis.airtime_s), seconds(isis.cycle_s)), (Some(0.005), Some(0.25)));
+        let air = isis.air().expect("packets that last");
+        assert!(matches!(air.access, Access::Random { guard_s } if guard_s.get() == 0.005), "{air:?}");
+        assert!(air.half_duplex);
+        assert_eq!((air.airtime_s.get(), isis.cycle_s.get()), (0.005, 0.25));
         let noise = [isis.sigma_range, isis.sigma_bearing_deg, isis.sigma_orientation_deg];
-        assert_eq!(noise.map(|sigma| sigma.unwrap().get()), [0.05, 2.0, 2.0]);
-        assert_eq!(isis.range_m, isis.interference_range_m, "what can be read disturbs, and nothing else");
+        assert_eq!(noise.map(NonNegative::get), [0.05, 2.0, 2.0]);
+        let ChannelModel::Range { range_m, interference_range_m, .. } = isis.model else {
+            panic!("{isis:?}")
+        };
+        assert_eq!(range_m, interference_range_m, "what can be read disturbs, and nothing else");
         let hidden = parse(SMALLEST, &["channel.profile=isis", "channel.occlusion=true"]).unwrap().channel;
-        assert_eq!(hidden.occluded_interference, Some(false));
+        assert!(hidden.air().is_some_and(|air| !air.occluded_interference));
     }
 
     #[test]
@@ -416,7 +422,7 @@ mod overriding {
     #[test]
     fn an_empty_value_removes_a_key() {
         let scenario = overridden(&["channel.range_m=", "channel.model=voronoi"]);
-        assert_eq!(scenario.channel.range_m, None);
+        assert_eq!(scenario.channel.model, ChannelModel::Voronoi);
     }
 
     #[test]

@@ -151,7 +151,7 @@ impl Plan {
                 warnings.push(warning.clone());
             }
         }
-        let cycles = self.settings.iter().filter_map(|it| it.scenario.controller.neighbor_timeout_cycles);
+        let cycles = self.settings.iter().map(|it| it.scenario.controller.neighbor_timeout_cycles);
         let (least, most) = (cycles.clone().min(), cycles.max());
         let is_swept = self.identity.sweeps.iter().any(|sweep| sweep.key == TIMEOUT);
         if let (Some(least), Some(most), true, false) = (least, most, least != most, is_swept) {
@@ -326,6 +326,11 @@ fn split_values(text: &str) -> Vec<&str> {
 
 /// Whether two scenarios are one; if not, the first line in which they differ.
 pub(crate) fn scenario_difference(path: &Path, there: &str, here: &str) -> Option<String> {
+    // One that was written by an earlier version may leave out keys that are filled in by now.
+    let there = match Scenario::parse(&path.display().to_string(), there, &[]) {
+        Ok(scenario) => scenario.to_toml(),
+        Err(_) => there.to_owned(),
+    };
     if there == here {
         return None;
     }

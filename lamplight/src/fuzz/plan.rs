@@ -9,17 +9,16 @@
 //! spans a disc larger than that share of the arena; nothing is later than `delay_max_s`, or one tick where that
 //! is less. One robot, drawn for the whole plan, is never killed, so that somebody is always left.
 
-use std::{collections::BTreeSet, f64::consts::PI, num::NonZeroU32};
+use std::num::NonZeroU32;
 
 use arena::random::{Draws, Purpose};
-use protocol::packet::frame_bytes;
 use scenario::{
-    Access, Capture, ChannelModel, ChannelSpec, Direction, Disc, FaultKind, FaultSpec, Finite, FlipCount,
-    Link, NonNegative, Pick, Positive, Probability, Profile, RobotSet, Scenario, Seed, Share, Xy,
+    Capture, ChannelModel, ChannelSpec, Fault, FaultKind, Medium, NonNegative, Positive, Probability,
+    Profile, Scenario, Seed,
+    fault::{self, Pick, ShareOf, Target},
+    file::{AccessKey, ChannelKeys},
 };
 
-/// Most robots or links that a fault lists one by one: more are no other case.
-const LISTED_MAX: u64 = 8;
 /// Longest cycle of control times gain that a scenario may have.
 const GAIN_CYCLE_MAX: f64 = scenario::MAX_GAIN_STEP;
 
@@ -27,8 +26,10 @@ const GAIN_CYCLE_MAX: f64 = scenario::MAX_GAIN_STEP;
 pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     let mut scenario = Scenario { seed, fault: Vec::new(), ..base.clone() };
     let mut draws = Draws::of(seed.get(), Purpose::FuzzChannel, 0, 0, 0);
-    if base.channel.model == ChannelModel::Range && chance(&mut draws, 0.5) {
-        scenario.channel = channel(base, &mut draws);
+    if let ChannelModel::Range { range_m, .. } = base.channel.model
+        && chance(&mut draws, 0.5)
+    {
+        scenario.channel = channel(base, range_m, &mut draws);
         // A hundred times worse than quartz, so that short runs feel it.
         if chance(&mut draws, 0.3) {
             let drift_ppm = nonnegative(short(draws.between(0.0, 5000.0)));
@@ -39,7 +40,7 @@ pub(crate) fn drawn(base: &Scenario, seed: Seed) -> Scenario {
     scenario
 }
 
-fn faults(scenario: &Scenario) -> Vec<FaultSpec> {
+fn faults(scenario: &Scenario) -> Vec<Fault> {
     let mut draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, 0, 0, 0);
     let robots = scenario.robot_count();
     let spared = below(&mut draws, robots.into()) as u32;
@@ -50,313 +51,35 @@ fn faults(scenario: &Scenario) -> Vec<FaultSpec> {
         return Vec::new();
     }
     let count = 1 + below(&mut draws, scenario.fuzz.faults_max.get().into());
-    let mut faults: Vec<FaultSpec> = Vec::new();
+    let mut faults: Vec<Fault> = Vec::new();
     for place in 1..=count {
-        let draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, place, 0, 0);
-        let mut fault = Drawer { draws, scenario, spared }.fault(&kinds);
+        let mut draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, place, 0, 0);
+        let mut fault = fault::drawn(scenario, &kinds, spared, &mut || draws.unit());
         // Who a share strikes is known only when it does, so shares may overlap.
-        if faults.iter().any(|earlier| excludes(scenario, earlier, &fault)) {
-            fault.share = share(scenario.fuzz.share_max.get());
+        if faults.iter().any(|earlier| earlier.excludes(&fault, robots).is_some())
+            && let Target::Robots(choice) = &mut fault.target
+        {
+            choice.share = Some(ShareOf { share: scenario.fuzz.share_max, pick: Pick::Random });
         }
         faults.push(fault);
     }
     faults
 }
 
-/// Whether two faults would strike the same named robot at once, which a plan must not do.
-fn excludes(scenario: &Scenario, one: &FaultSpec, other: &FaultSpec) -> bool {
-    let exclusive = matches!(one.kind, FaultKind::Kill | FaultKind::Pause | FaultKind::Slow);
-    let named = |fault: &FaultSpec| fault.share.is_none() && fault.region.is_none();
-    let everyone = RobotSet::of(0..scenario.robot_count());
-    let whom = |fault: &FaultSpec| fault.robots.clone().or(everyone.clone());
-    let until = |fault: &FaultSpec| fault.ends_s().unwrap_or(f64::INFINITY);
-    exclusive
-        && one.kind == other.kind
-        && named(one)
-        && named(other)
-        && one.begins_s() < until(other)
-        && other.begins_s() < until(one)
-        && whom(one).zip(whom(other)).is_some_and(|(these, those)| these.lowest_common(&those).is_some())
-}
-
-/// Draws one fault.
-struct Drawer<'a> {
-    draws: Draws,
-    scenario: &'a Scenario,
-    /// The robot that is never killed.
-    spared: u32,
-}
-
-impl Drawer<'_> {
-    fn fault(&mut self, kinds: &[FaultKind]) -> FaultSpec {
-        let mut fault = FaultSpec::new(one_of(&mut self.draws, kinds));
-        match fault.kind {
-            FaultKind::Kill => self.kill(&mut fault),
-            FaultKind::Partition => self.partition(&mut fault),
-            FaultKind::Jam => {
-                self.window(&mut fault);
-                fault.region = Some(self.disc());
-            }
-            FaultKind::Pause | FaultKind::Slow | FaultKind::Sensor | FaultKind::Motion | FaultKind::Liar => {
-                self.window(&mut fault);
-                self.robots(&mut fault);
-            }
-            FaultKind::Loss
-            | FaultKind::Burst
-            | FaultKind::Delay
-            | FaultKind::Duplicate
-            | FaultKind::Corrupt => {
-                self.window(&mut fault);
-                self.packets(&mut fault);
-            }
-        }
-        self.parameters(&mut fault);
-        fault
-    }
-
-    /// From some tick to a later one; either may be left out.
-    fn window(&mut self, fault: &mut FaultSpec) {
-        let ticks = self.scenario.ticks();
-        let from = if self.chance(0.8) { self.below(ticks) } else { 0 };
-        fault.from_s = (from > 0).then(|| self.time(from));
-        if self.chance(0.7) {
-            let until = from + 1 + self.below(ticks - from);
-            fault.until_s = Some(self.time(until));
-        }
-    }
-
-    fn kill(&mut self, fault: &mut FaultSpec) {
-        let ticks = self.scenario.ticks();
-        let at = self.below(ticks);
-        fault.at_s = Some(self.time(at));
-        if self.chance(0.7) {
-            let restart = at + 1 + self.below(ticks - at);
-            fault.restart_at_s = Some(self.time(restart));
-            fault.restart_share = self.chance(0.4).then(|| share(self.between(0.02, 1.0))).flatten();
-        }
-        self.robots(fault);
-        let (count, spared) = (self.scenario.robot_count(), self.spared);
-        let all_but_one = || RobotSet::of((0..count).filter(|robot| *robot != spared));
-        let robots = match &fault.robots {
-            Some(robots) => RobotSet::of(robots.iter().filter(|robot| *robot != spared)),
-            None => all_but_one(),
-        };
-        fault.robots = robots.or_else(|| RobotSet::of([(spared + 1) % count]));
-    }
-
-    fn partition(&mut self, fault: &mut FaultSpec) {
-        self.window(fault);
-        fault.one_way = self.chance(0.5).then(|| self.chance(0.8));
-        let robots = u64::from(self.scenario.robot_count());
-        if robots < 2 || self.chance(0.4) {
-            fault.region = Some(self.disc());
-            return;
-        }
-        let most = self.most().max(2);
-        let struck = 2 + self.below(most - 1);
-        let groups = 2 + self.below(struck.min(4) - 1);
-        let mut members = vec![BTreeSet::new(); groups as usize];
-        for (place, robot) in self.distinct(struck).into_iter().enumerate() {
-            members[place % groups as usize].insert(robot);
-        }
-        fault.groups = Some(members.into_iter().filter_map(RobotSet::of).collect());
-    }
-
-    /// Which packets are struck.
-    fn packets(&mut self, fault: &mut FaultSpec) {
-        if self.scenario.robot_count() > 1 && self.chance(0.3) {
-            let count = 1 + self.below(LISTED_MAX);
-            fault.links = Some((0..count).map(|_| self.link()).collect());
-            return;
-        }
-        self.robots(fault);
-        if self.chance(0.6) {
-            let direction = one_of(&mut self.draws, &[Direction::Both, Direction::Out, Direction::In]);
-            fault.direction = Some(direction);
-        }
-    }
-
-    /// Which robots are struck: by name, by place, by share, or by two of these at once.
-    fn robots(&mut self, fault: &mut FaultSpec) {
-        let share_max = self.scenario.fuzz.share_max.get();
-        // Nothing said means all of them.
-        let ways = if share_max < 1.0 { 6 } else { 7 };
-        let way = self.below(ways);
-        if matches!(way, 0 | 4) {
-            let count = 1 + self.below(self.most().min(LISTED_MAX));
-            fault.robots = RobotSet::of(self.distinct(count));
-        }
-        if way == 1 {
-            let (count, length) = (self.scenario.robot_count(), 1 + self.below(self.most()) as u32);
-            let first = self.below(u64::from(count - length) + 1) as u32;
-            fault.robots = RobotSet::of(first..first + length);
-        }
-        if matches!(way, 2 | 4 | 5) {
-            fault.region = Some(self.disc());
-        }
-        if matches!(way, 3 | 5) {
-            let of_max = self.between(0.02, 1.0);
-            fault.share = share(of_max * share_max);
-            fault.pick = self.pick();
-        }
-    }
-
-    fn pick(&mut self) -> Option<Pick> {
-        let lamps = !self.scenario.lamps().is_empty();
-        let picks = [None, Some(Pick::Random), Some(Pick::NearestLamps)];
-        one_of(&mut self.draws, if lamps { &picks } else { &picks[..2] })
-    }
-
-    /// Draws the parameters of a fault.
-    fn parameters(&mut self, fault: &mut FaultSpec) {
-        match fault.kind {
-            FaultKind::Loss => fault.probability = self.probability(),
-            FaultKind::Burst => {
-                fault.p = self.probability();
-                fault.r = Probability::new(short(self.between(0.05, 1.0)).min(1.0));
-                fault.loss_bad = self.chance(0.5).then(|| self.probability()).flatten();
-                fault.loss_good = self.chance(0.5).then(|| self.probability()).flatten();
-            }
-            FaultKind::Delay => {
-                fault.delay_s = self.delay();
-                let most = self.scenario.fuzz.delay_max_s.get();
-                fault.jitter_s =
-                    self.chance(0.6).then(|| nonnegative(short(self.between(0.0, most)))).flatten();
-            }
-            FaultKind::Duplicate => {
-                fault.probability = self.probability();
-                fault.delay_s = self.chance(0.5).then(|| self.delay()).flatten();
-            }
-            FaultKind::Corrupt => {
-                fault.probability = self.probability();
-                let bits = 8 * frame_bytes(4) as u64;
-                fault.flips = self.chance(0.7).then(|| FlipCount::new(1 + self.below(bits) as u32)).flatten();
-            }
-            FaultKind::Slow => fault.delay_s = self.delay(),
-            FaultKind::Sensor => {
-                let (given, counts) = (1 + self.below(7), self.counts());
-                fault.bias_counts = (given & 1 > 0).then(|| self.finite(counts)).flatten();
-                fault.noise_counts =
-                    (given & 2 > 0).then(|| Positive::new(short(self.between(0.01, 1.0) * counts))).flatten();
-                fault.stuck = (given & 4 > 0).then_some(true);
-            }
-            FaultKind::Motion => {
-                let given = 1 + self.below(3);
-                fault.stuck = (given & 1 > 0).then_some(true);
-                fault.drift_m_per_s = (given & 2 > 0).then(|| self.drift()).flatten();
-            }
-            FaultKind::Liar => {
-                let (given, counts) = (1 + self.below(3), self.counts());
-                fault.light_counts = (given & 1 > 0).then(|| self.finite(counts)).flatten();
-                let robots = u64::from(self.scenario.robot_count());
-                fault.identity = (given & 2 > 0).then(|| self.below(robots) as u32);
-            }
-            FaultKind::Partition | FaultKind::Jam | FaultKind::Kill | FaultKind::Pause => {}
-        }
-    }
-
-    /// As fast as a robot may be, or a tenth of the arena per second.
-    fn drift(&mut self) -> Option<Xy<Finite>> {
-        let [width, height] = self.scenario.arena.size_m.get();
-        let limit = self.scenario.robots.speed_limit_m_per_s.map(Positive::get);
-        let speed = limit.unwrap_or(0.1 * width.min(height));
-        Some(Xy { x: self.finite(speed)?, y: self.finite(speed)? })
-    }
-
-    /// Largest reading of a light sensor, about.
-    fn counts(&self) -> f64 {
-        let field = &self.scenario.field;
-        let peaks = field.lamp.iter().map(|lamp| lamp.peak.get().abs());
-        let gaussians = field.gaussian.iter().map(|peak| (peak.gamma.get() / peak.sigma_m.get()).abs());
-        let sum = field.offset.get().abs() + peaks.chain(gaussians).sum::<f64>();
-        if sum > 0.0 { sum } else { 1.0 }
-    }
-
-    /// Reaches into the arena.
-    fn disc(&mut self) -> Disc {
-        let [width, height] = self.scenario.arena.size_m.get();
-        let largest = (self.scenario.fuzz.share_max.get() * width * height / PI).sqrt();
-        let radius_m = short(self.between(0.1, 1.0) * largest);
-        let mut along = |side: f64| {
-            let place = short(self.between(0.0, side)).min(side);
-            Finite::new(place).expect("sides are finite")
-        };
-        let center_m = Xy { x: along(width), y: along(height) };
-        Disc { center_m, radius_m: Positive::new(radius_m).expect("sides are positive") }
-    }
-
-    fn link(&mut self) -> Link {
-        let robots = u64::from(self.scenario.robot_count());
-        let (from, away) = (self.below(robots), 1 + self.below(robots - 1));
-        Link { from: from as u32, to: ((from + away) % robots) as u32, both_ways: self.chance(0.4) }
-    }
-
-    /// Draws `count` different robots.
-    fn distinct(&mut self, count: u64) -> BTreeSet<u32> {
-        let robots = self.scenario.robot_count();
-        // Floyd's algorithm: each choice is new, or else the highest so far is.
-        let mut chosen = BTreeSet::new();
-        for highest in u64::from(robots).saturating_sub(count)..robots.into() {
-            let robot = self.below(highest + 1) as u32;
-            if !chosen.insert(robot) {
-                chosen.insert(highest as u32);
-            }
-        }
-        chosen
-    }
-
-    /// Most robots that a fault may strike.
-    fn most(&self) -> u64 {
-        let robots = f64::from(self.scenario.robot_count());
-        ((robots * self.scenario.fuzz.share_max.get()) as u64).max(1)
-    }
-
-    fn probability(&mut self) -> Option<Probability> {
-        let most = self.scenario.fuzz.probability_max.get();
-        Probability::new(short(self.between(0.0, 1.0) * most).min(most))
-    }
-
-    /// Whole ticks, at least one.
-    fn delay(&mut self) -> Option<Positive> {
-        let step_s = self.scenario.step_s.get();
-        let most = (self.scenario.fuzz.delay_max_s.get() / step_s) as u64;
-        let ticks = 1 + self.below(most.clamp(1, self.scenario.ticks()));
-        Positive::new(self.time(ticks).get())
-    }
-
-    fn finite(&mut self, most: f64) -> Option<Finite> {
-        Finite::new(short(self.between(-1.0, 1.0) * most))
-    }
-
-    /// When a tick is.
-    fn time(&self, tick: u64) -> NonNegative {
-        nonnegative(self.scenario.time_of(tick)).expect("ticks are finite times")
-    }
-
-    fn chance(&mut self, probability: f64) -> bool {
-        chance(&mut self.draws, probability)
-    }
-
-    fn below(&mut self, end: u64) -> u64 {
-        below(&mut self.draws, end)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.draws.between(low, high)
-    }
-}
-
 /// Another channel of the same range; the cycle stays the scenario's where the profile's would not do.
-fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
-    let accesses = [Access::Instant, Access::Random, Access::Aligned, Access::Slotted, Access::FixedPhase];
+fn channel(base: &Scenario, range_m: Positive, draws: &mut Draws) -> ChannelSpec {
+    let accesses = [
+        AccessKey::Instant,
+        AccessKey::Random,
+        AccessKey::Aligned,
+        AccessKey::Slotted,
+        AccessKey::FixedPhase,
+    ];
     let profile = one_of(draws, &[Profile::Ideal, Profile::Isis, Profile::ROne]);
     let access = chance(draws, 0.6).then(|| one_of(draws, &accesses));
-    let range_m = base.channel.range_m;
-    let mut channel =
-        ChannelSpec { profile, model: ChannelModel::Range, range_m, access, ..Default::default() };
+    let mut channel = ChannelKeys { profile, range_m: Some(range_m), access, ..Default::default() };
     if chance(draws, 0.5) {
-        channel.soft_edge_m =
-            range_m.and_then(|range| nonnegative(short(draws.between(0.0, 0.5) * range.get())));
+        channel.soft_edge_m = nonnegative(short(draws.between(0.0, 0.5) * range_m.get()));
     }
     channel.occlusion = sometimes(draws);
     channel.loss = chance(draws, 0.5).then(|| Probability::new(short(draws.between(0.0, 0.5)))).flatten();
@@ -376,21 +99,17 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
     channel.bearing_step_deg = whole(noise(0.2, 30.0));
     channel.orientation_step_deg = whole(noise(0.2, 30.0));
 
-    let timed = access.unwrap_or(match profile {
-        Profile::Ideal => Access::Instant,
-        Profile::Isis | Profile::ROne => Access::Random,
-    }) != Access::Instant;
-    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / base.controller.gain_per_s.get());
-    let preset_cycle_s = match profile {
-        Profile::Ideal if !timed => base.step_s.get(),
-        Profile::Ideal | Profile::Isis => 0.25,
-        Profile::ROne => 0.5,
+    let resolved = |keys: &ChannelKeys| {
+        keys.clone().resolve(base.step_s).expect("all keys have a meaning beside each other")
     };
-    let fits = base.step_s.get() <= preset_cycle_s && preset_cycle_s <= longest_s.min(base.duration_s.get());
-    let cycle_s = if fits { preset_cycle_s } else { own_cycle_s };
+    let as_drawn = resolved(&channel);
+    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / base.controller.gain_per_s.get());
+    let its_cycle_s = as_drawn.cycle_s.get();
+    let fits = base.step_s.get() <= its_cycle_s && its_cycle_s <= longest_s.min(base.duration_s.get());
+    let cycle_s = if fits { its_cycle_s } else { own_cycle_s };
     channel.cycle_s = Positive::new(cycle_s).filter(|_| !fits);
-    if !timed {
-        return channel;
+    if as_drawn.medium == Medium::Instant {
+        return resolved(&channel);
     }
     channel.half_duplex = sometimes(draws);
     channel.capture = one_of(draws, &[None, Some(Capture::None), Some(Capture::FirstLock)]);
@@ -400,26 +119,24 @@ fn channel(base: &Scenario, draws: &mut Draws) -> ChannelSpec {
         channel.airtime_s = Positive::new(short(airtime_s));
     }
     match access {
-        Some(Access::FixedPhase) => {
+        Some(AccessKey::FixedPhase) => {
             channel.jitter_s =
                 chance(draws, 0.6).then(|| nonnegative(short(cycle_s * draws.between(0.0, 0.5)))).flatten();
         }
-        Some(Access::Slotted) if chance(draws, 0.5) => {
+        Some(AccessKey::Slotted) if chance(draws, 0.5) => {
             channel.slots = NonZeroU32::new(1 + below(draws, 8) as u32);
         }
         _ => {}
     }
     // Drawn last, so that a seed's other keys stay what they were before there were these.
     if chance(draws, 0.3) {
-        channel.interference_range_m = range_m.and_then(|range_m| {
-            let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
-            farther.filter(|farther| *farther >= range_m)
-        });
+        let farther = Positive::new(short(draws.between(1.05, 2.0) * range_m.get()));
+        channel.interference_range_m = farther.filter(|farther| *farther >= range_m);
     }
     if channel.occlusion == Some(true) {
         channel.occluded_interference = sometimes(draws);
     }
-    channel
+    resolved(&channel)
 }
 
 fn sometimes(draws: &mut Draws) -> Option<bool> {
@@ -439,10 +156,6 @@ fn one_of<T: Copy>(draws: &mut Draws, choices: &[T]) -> T {
     choices[below(draws, choices.len() as u64) as usize]
 }
 
-fn share(value: f64) -> Option<Share> {
-    Share::new(short(value).min(value))
-}
-
 fn nonnegative(value: f64) -> Option<NonNegative> {
     NonNegative::new(value)
 }
@@ -454,7 +167,13 @@ fn short(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use proptest::prelude::*;
+    use scenario::{
+        Access, Air,
+        fault::{Choice, Kind},
+    };
 
     use super::*;
 
@@ -475,31 +194,6 @@ mod tests {
         parsed(include_str!("../../../scenarios/one-gaussian.toml"))
     }
 
-    /// Every key that some fault of this kind may have.
-    fn keys(kind: FaultKind) -> Vec<&'static str> {
-        let packets =
-            ["from_s", "until_s", "robots", "region", "share", "pick", "direction", "links"].as_slice();
-        let robots = ["from_s", "until_s", "robots", "region", "share", "pick"].as_slice();
-        let (choice, own): (&[&str], &[&str]) = match kind {
-            FaultKind::Loss => (packets, &["probability"]),
-            FaultKind::Burst => (packets, &["p", "r", "loss_bad", "loss_good"]),
-            FaultKind::Delay => (packets, &["delay_s", "jitter_s"]),
-            FaultKind::Duplicate => (packets, &["probability", "delay_s"]),
-            FaultKind::Corrupt => (packets, &["probability", "flips"]),
-            FaultKind::Partition => (&["from_s", "until_s"], &["groups", "region", "one_way"]),
-            FaultKind::Jam => (&["from_s", "until_s"], &["region"]),
-            FaultKind::Kill => {
-                (&["robots", "region", "share", "pick"], &["at_s", "restart_at_s", "restart_share"])
-            }
-            FaultKind::Pause => (robots, &[]),
-            FaultKind::Slow => (robots, &["delay_s"]),
-            FaultKind::Sensor => (robots, &["bias_counts", "noise_counts", "stuck"]),
-            FaultKind::Motion => (robots, &["stuck", "drift_m_per_s"]),
-            FaultKind::Liar => (robots, &["light_counts", "identity"]),
-        };
-        [choice, own].concat()
-    }
-
     #[test]
     fn plans_have_every_kind_and_every_key() {
         let base = swarmbots();
@@ -507,12 +201,12 @@ mod tests {
         for fault in (0..1000).flat_map(|seed| drawn(&base, seed).fault) {
             let value = serde_json::to_value(&fault).unwrap();
             for (key, _) in value.as_object().unwrap().iter().filter(|(_, value)| !value.is_null()) {
-                seen.insert((fault.kind, key.clone()));
+                seen.insert((fault.kind.kind(), key.clone()));
             }
         }
-        for kind in FaultKind::ALL {
-            for key in keys(kind) {
-                assert!(seen.contains(&(kind, key.into())), "{} never has {key}", kind.name());
+        for &kind in FaultKind::ALL {
+            for key in kind.keys() {
+                assert!(seen.contains(&(kind, key.clone())), "{} never has {key}", kind.name());
             }
         }
     }
@@ -526,8 +220,9 @@ mod tests {
         for profile in [Profile::Ideal, Profile::Isis, Profile::ROne] {
             assert!(channels.iter().any(|channel| channel.profile == profile));
         }
-        assert!(channels.iter().any(|channel| channel.access == Some(Access::FixedPhase)));
-        assert!(channels.iter().any(|channel| channel.capture == Some(Capture::FirstLock)));
+        let some = |is: fn(&Air) -> bool| channels.iter().filter_map(ChannelSpec::air).any(is);
+        assert!(some(|air| matches!(air.access, Access::FixedPhase { .. })));
+        assert!(some(|air| air.capture == Capture::FirstLock));
         let voronoi = points();
         assert!((0..50).all(|seed| drawn(&voronoi, seed).channel == voronoi.channel));
     }
@@ -545,8 +240,8 @@ mod tests {
             let base = with_fuzz(robots, "kinds = [\"kill\"]\nfaults_max = 64\nshare_max = 1.0");
             for seed in 0..50 {
                 let plan = drawn(&base, seed).fault;
-                let survives =
-                    |robot| plan.iter().all(|fault| !fault.robots.as_ref().unwrap().contains(robot));
+                let named = |fault: &Fault| fault.target.choice().unwrap().robots.clone().unwrap();
+                let survives = |robot| plan.iter().all(|fault| !named(fault).contains(robot));
                 assert!((0..robots).any(survives), "seed {seed} of {robots} robots");
             }
         }
@@ -561,17 +256,17 @@ mod tests {
              kinds = [\"loss\", \"delay\", \"pause\", \"slow\"]",
         );
         for fault in (0..200).flat_map(|seed| drawn(&base, seed).fault) {
-            assert!(matches!(
-                fault.kind,
-                FaultKind::Loss | FaultKind::Delay | FaultKind::Pause | FaultKind::Slow
-            ));
-            assert!(fault.probability.is_none_or(|probability| probability.get() <= 0.013));
-            assert!(fault.share.is_none_or(|share| share.get() <= 0.25));
-            assert!(fault.robots.as_ref().is_none_or(|robots| robots.iter().count() <= 5));
-            assert!(fault.delay_s.is_none_or(|delay| delay.get() <= 0.35));
-            assert!(fault.jitter_s.is_none_or(|jitter| jitter.get() <= 0.35));
-            let chosen = fault.robots.is_some() || fault.share.is_some() || fault.region.is_some();
-            assert!(chosen || fault.links.is_some(), "{fault:?}");
+            match &fault.kind {
+                Kind::Loss(loss) => assert!(loss.probability.get() <= 0.013),
+                Kind::Delay(delay) => assert!(delay.delay_s.get() <= 0.35 && delay.jitter_s.get() <= 0.35),
+                Kind::Pause(_) => {}
+                Kind::Slow(slow) => assert!(slow.delay_s.get() <= 0.35),
+                other => panic!("{other:?}"),
+            }
+            let Some(Choice { robots, region, share }) = fault.target.choice() else { continue };
+            assert!(share.is_none_or(|of| of.share.get() <= 0.25));
+            assert!(robots.as_ref().is_none_or(|robots| robots.iter().count() <= 5));
+            assert!(robots.is_some() || share.is_some() || region.is_some(), "{fault:?}");
         }
     }
 

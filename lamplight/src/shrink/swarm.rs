@@ -1,6 +1,6 @@
 //! The same scenario with fewer robots.
 
-use scenario::{FaultSpec, RobotCount, Scenario};
+use scenario::Scenario;
 
 /// Few robots, of `count`, with which `shows` holds: halved as long as it does, then fewer by ever smaller steps.
 /// With one robot less it does not hold. In general that is no global minimum.
@@ -29,43 +29,28 @@ pub(crate) fn fewest<E>(count: u32, mut shows: impl FnMut(u32) -> Result<bool, E
 /// `scenario` with its first `count` robots alone; `None` if a fault would then strike nobody.
 pub(crate) fn with_robots(scenario: &Scenario, count: u32) -> Option<Scenario> {
     let mut smaller = scenario.clone();
-    smaller.robots.count = Some(RobotCount::new(count)?);
+    if count == 0 {
+        return None;
+    }
+    smaller.robots.count = count;
     if let Some(positions) = &mut smaller.robots.positions_m {
         positions.truncate(count as usize);
     }
     if let Some(headings) = &mut smaller.robots.headings_rad {
         headings.truncate(count as usize);
     }
-    smaller.fault = scenario.fault.iter().map(|fault| cut(fault, count)).collect::<Option<_>>()?;
+    smaller.fault = scenario.fault.iter().map(|fault| fault.among_first(count)).collect::<Option<_>>()?;
     Some(smaller)
-}
-
-/// A fault among the first `count` robots.
-fn cut(fault: &FaultSpec, count: u32) -> Option<FaultSpec> {
-    let mut cut = fault.clone();
-    if let Some(robots) = &mut cut.robots {
-        *robots = robots.below(count)?;
-    }
-    if let Some(groups) = &mut cut.groups {
-        *groups = groups.iter().filter_map(|group| group.below(count)).collect();
-        if groups.len() < 2 {
-            return None;
-        }
-    }
-    if let Some(links) = &mut cut.links {
-        links.retain(|link| link.from < count && link.to < count);
-        if links.is_empty() {
-            return None;
-        }
-    }
-    cut.identity.is_none_or(|robot| robot < count).then_some(cut)
 }
 
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
 
-    use scenario::FaultKind;
+    use scenario::{
+        FaultKind,
+        fault::{Kind, Parts},
+    };
 
     use super::*;
 
@@ -107,12 +92,14 @@ mod tests {
         );
         let smaller = with_robots(&scenario, 2).unwrap();
         assert_eq!(smaller.robot_count(), 2);
-        assert_eq!(smaller.fault[0].robots.as_ref().unwrap().to_string(), "1");
-        let groups: Vec<String> = smaller.fault[1].groups.iter().flatten().map(ToString::to_string).collect();
-        assert_eq!(groups, ["0", "1"]);
-        let links: Vec<String> = smaller.fault[2].links.iter().flatten().map(ToString::to_string).collect();
+        let robots = smaller.fault[0].target.choice().unwrap().robots.as_ref();
+        assert_eq!(robots.unwrap().to_string(), "1");
+        let Kind::Partition(partition) = &smaller.fault[1].kind else { panic!("{:?}", smaller.fault[1]) };
+        let Parts::Groups(groups) = &partition.parts else { panic!("{partition:?}") };
+        assert_eq!(groups.iter().map(ToString::to_string).collect::<Vec<_>>(), ["0", "1"]);
+        let links: Vec<String> = smaller.fault[2].target.links().iter().map(ToString::to_string).collect();
         assert_eq!(links, ["0->1"]);
-        assert_eq!(smaller.fault.iter().map(|fault| fault.kind).next(), Some(FaultKind::Pause));
+        assert_eq!(smaller.fault.iter().map(|fault| fault.kind.kind()).next(), Some(FaultKind::Pause));
         Scenario::parse("x.toml", &smaller.to_toml(), &[]).unwrap();
         assert!(with_robots(&scenario, 1).is_none(), "the pause would strike nobody");
         assert!(with_robots(&scenario, 0).is_none());

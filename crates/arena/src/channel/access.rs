@@ -7,7 +7,7 @@
 use protocol::{oscillator::Oscillator, robot_id::RobotId};
 
 use crate::random::{Draws, Purpose};
-use scenario::{Access, Scenario};
+use scenario::{Access, NonNegative, Scenario};
 
 /// Cycles before tick 0 that are numbered: the first packets begin in the second of them.
 const CYCLES_BEFORE: u64 = 2;
@@ -17,10 +17,6 @@ const CYCLES_BEFORE: u64 = 2;
 pub(super) struct Schedule {
     access: Access,
     cycle_s: f64,
-    /// End of a cycle in which no packet starts.
-    guard_s: f64,
-    slots: u32,
-    jitter_s: f64,
     /// Bound on the drift of the robots' own clocks; 0 where they share a cycle.
     drift_ppm: f64,
     seed: u64,
@@ -52,16 +48,11 @@ impl Rhythm {
 }
 
 impl Schedule {
-    pub(super) fn new(scenario: &Scenario) -> Self {
-        let channel = &scenario.channel;
-        let access = channel.access.unwrap_or(Access::Instant);
-        let runs_free = matches!(access, Access::Random | Access::FixedPhase);
+    pub(super) fn new(access: Access, scenario: &Scenario) -> Self {
+        let runs_free = matches!(access, Access::Random { .. } | Access::FixedPhase { .. });
         Self {
             access,
             cycle_s: scenario.cycle_s(),
-            guard_s: channel.guard_s.map_or(0.0, |guard| guard.get()),
-            slots: channel.slots.map_or(1, |slots| slots.get()),
-            jitter_s: channel.jitter_s.map_or(0.0, |jitter| jitter.get()),
             drift_ppm: if runs_free { scenario.processes.clock_drift_ppm.get() } else { 0.0 },
             seed: scenario.seed.get(),
         }
@@ -97,18 +88,20 @@ impl Schedule {
 
     /// When packet `number` of `sender` begins. Later numbers begin later.
     pub(super) fn start_s(&self, rhythm: &Rhythm, sender: u32, number: u64) -> f64 {
-        let window_s = rhythm.cycle_s - self.guard_s;
         let mut draws = Draws::of(self.seed, Purpose::Transmission, number, sender, 0);
-        rhythm.begins_s(number)
-            + match self.access {
-                Access::Instant => 0.0,
-                Access::Random => rhythm.phase_s + window_s * draws.unit(),
-                Access::Aligned => window_s * draws.unit(),
-                Access::Slotted => {
-                    rhythm.cycle_s * (f64::from(draws.below(self.slots)) / f64::from(self.slots))
-                }
-                Access::FixedPhase => rhythm.phase_s + self.jitter_s * (draws.unit() - 0.5),
+        let mut within = |guard_s: NonNegative| (rhythm.cycle_s - guard_s.get()) * draws.unit();
+        let begins_s = rhythm.begins_s(number);
+        match self.access {
+            Access::Random { guard_s } => begins_s + (rhythm.phase_s + within(guard_s)),
+            Access::Aligned { guard_s } => begins_s + within(guard_s),
+            Access::Slotted { slots } => {
+                let slot = draws.below(slots.get());
+                begins_s + rhythm.cycle_s * (f64::from(slot) / f64::from(slots.get()))
             }
+            Access::FixedPhase { jitter_s } => {
+                begins_s + (rhythm.phase_s + jitter_s.get() * (draws.unit() - 0.5))
+            }
+        }
     }
 
     fn own_cycle_s(&self, id: RobotId) -> f64 {
@@ -121,31 +114,43 @@ impl Schedule {
 
 #[cfg(test)]
 mod tests {
+    use std::num::NonZeroU32;
+
     use super::*;
 
     const AIRTIME_S: f64 = 0.01;
 
+    fn seconds(value: f64) -> NonNegative {
+        NonNegative::new(value).unwrap()
+    }
+
+    fn random() -> Access {
+        Access::Random { guard_s: seconds(AIRTIME_S) }
+    }
+
+    fn fixed_phase(jitter_s: f64) -> Access {
+        Access::FixedPhase { jitter_s: seconds(jitter_s) }
+    }
+
     fn schedule(access: Access, drift_ppm: f64) -> Schedule {
-        let (guard_s, jitter_s) = match access {
-            Access::Random | Access::Aligned => (AIRTIME_S, 0.0),
-            _ => (0.0, 0.2),
-        };
-        Schedule { access, cycle_s: 0.25, guard_s, slots: 10, jitter_s, drift_ppm, seed: 3 }
+        Schedule { access, cycle_s: 0.25, drift_ppm, seed: 3 }
     }
 
     #[test]
     fn even_clocks_send_as_if_there_were_none() {
-        for access in [Access::Random, Access::Aligned, Access::Slotted, Access::FixedPhase] {
+        let aligned = Access::Aligned { guard_s: seconds(AIRTIME_S) };
+        let slotted = Access::Slotted { slots: NonZeroU32::new(10).unwrap() };
+        for access in [random(), aligned, slotted, fixed_phase(0.2)] {
             let schedule = schedule(access, 0.0);
-            let window_s = 0.25 - schedule.guard_s;
+            let window_s = 0.25 - AIRTIME_S;
             for (sender, number) in (0..20).flat_map(|sender| (0..50).map(move |number| (sender, number))) {
                 let phase_s = 0.25 * Draws::of(3, Purpose::Phase, 0, sender, 0).unit();
                 let mut draws = Draws::of(3, Purpose::Transmission, number, sender, 0);
                 let within_s = match access {
-                    Access::Random => phase_s + window_s * draws.unit(),
-                    Access::Aligned => window_s * draws.unit(),
-                    Access::Slotted => 0.25 * (f64::from(draws.below(10)) / 10.0),
-                    _ => phase_s + 0.2 * (draws.unit() - 0.5),
+                    Access::Random { .. } => phase_s + window_s * draws.unit(),
+                    Access::Aligned { .. } => window_s * draws.unit(),
+                    Access::Slotted { .. } => 0.25 * (f64::from(draws.below(10)) / 10.0),
+                    Access::FixedPhase { .. } => phase_s + 0.2 * (draws.unit() - 0.5),
                 };
                 let start_s = schedule.start_s(&schedule.first_rhythm(sender), sender, number);
                 assert_eq!(start_s.to_bits(), ((number as f64 - 2.0) * 0.25 + within_s).to_bits());
@@ -155,7 +160,7 @@ mod tests {
 
     #[test]
     fn cycles_are_as_long_as_the_clock_of_each_life_has_them() {
-        let schedule = Schedule { jitter_s: 0.0, ..schedule(Access::FixedPhase, 1000.0) };
+        let schedule = schedule(fixed_phase(0.0), 1000.0);
         let mut rhythm = schedule.first_rhythm(4);
         let period_s = |rhythm: &Rhythm| schedule.start_s(rhythm, 4, 101) - schedule.start_s(rhythm, 4, 100);
         let mut id = RobotId::first(4);
@@ -173,7 +178,7 @@ mod tests {
     #[test]
     fn later_packets_begin_later_across_restarts_and_never_overlap() {
         // A tenth of all time, the most that a scenario may ask for, and jitter that just fits.
-        for access in [Access::Random, Access::FixedPhase] {
+        for access in [random(), fixed_phase(0.2)] {
             let schedule = schedule(access, 1e5);
             for sender in 0..200 {
                 let (mut rhythm, mut id) = (schedule.first_rhythm(sender), RobotId::first(sender));
@@ -203,7 +208,8 @@ mod tests {
         for (access, own) in [("random", true), ("fixed-phase", true), ("aligned", false), ("slotted", false)]
         {
             let scenario = Scenario::parse("test", &text(access), &[]).unwrap();
-            assert_eq!(Schedule::new(&scenario).has_own_clocks(), own, "{access}");
+            let access_by = scenario.channel.air().unwrap().access;
+            assert_eq!(Schedule::new(access_by, &scenario).has_own_clocks(), own, "{access}");
         }
     }
 }

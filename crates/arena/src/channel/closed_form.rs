@@ -5,10 +5,9 @@
 //! Without capture, and without a soft edge unless packets that fade out on it disturb as well (where
 //! `interference_range_m` is more than `range_m`); packets of different robots are independent.
 
-use scenario::{Access, Capture, ChannelSpec};
+use scenario::{Access, Capture, ChannelModel, ChannelSpec};
 
-/// The share of packets that `k` disturbers leave on a channel whose defaults are filled in;
-/// `None` where no closed form is known.
+/// The share of packets that `k` disturbers leave on a channel; `None` where no closed form is known.
 ///
 /// | access | share |
 /// |---|---|
@@ -17,24 +16,26 @@ use scenario::{Access, Capture, ChannelSpec};
 /// | `slotted` | (1 − 1/s)ᵏ with s slots |
 /// | `aligned` | (1 − 2ρ)ᵏ⁺¹ + 2/(k + 1)·[(1 − ρ)ᵏ⁺¹ − (1 − 2ρ)ᵏ⁺¹], ρ = τ/(T − D) |
 pub fn delivered_share(channel: &ChannelSpec, k: u32) -> Option<f64> {
-    let disturbs_beyond = channel.interference_range_m > channel.range_m;
-    let fades = channel.soft_edge_m.is_some_and(|edge| edge.get() > 0.0) && !disturbs_beyond;
-    if channel.capture != Some(Capture::None) || fades {
-        return None;
-    }
-    let (cycle_s, airtime_s) = (channel.cycle_s?.get(), channel.airtime_s?.get());
-    let share_of_cycle = |time: Option<scenario::NonNegative>| time.map_or(0.0, |time| time.get()) / cycle_s;
-    let (r, delta, jitter) =
-        (airtime_s / cycle_s, share_of_cycle(channel.guard_s), share_of_cycle(channel.jitter_s));
+    let fades = matches!(
+        channel.model,
+        ChannelModel::Range { range_m, soft_edge_m, interference_range_m }
+            if soft_edge_m.get() > 0.0 && interference_range_m <= range_m
+    );
+    let air = channel.air().filter(|air| air.capture == Capture::None && !fades)?;
+    let share_of_cycle = |time_s: f64| time_s / channel.cycle_s.get();
+    let r = share_of_cycle(air.airtime_s.get());
     let k = f64::from(k);
-    match channel.access? {
-        Access::Instant => None,
-        Access::Random => Some(libm::pow(undisturbed_by_one(r, 1.0 - delta), k)),
-        Access::FixedPhase => Some(libm::pow(undisturbed_by_one(r, jitter), k)),
-        Access::Slotted => Some(libm::pow(1.0 - 1.0 / f64::from(channel.slots?.get()), k)),
-        Access::Aligned => {
+    match air.access {
+        Access::Random { guard_s } => {
+            Some(libm::pow(undisturbed_by_one(r, 1.0 - share_of_cycle(guard_s.get())), k))
+        }
+        Access::FixedPhase { jitter_s } => {
+            Some(libm::pow(undisturbed_by_one(r, share_of_cycle(jitter_s.get())), k))
+        }
+        Access::Slotted { slots } => Some(libm::pow(1.0 - 1.0 / f64::from(slots.get()), k)),
+        Access::Aligned { guard_s } => {
             // Beyond one half every packet overlaps with the middle of the window.
-            let rho = Some(r / (1.0 - delta)).filter(|rho| *rho <= 0.5)?;
+            let rho = Some(r / (1.0 - share_of_cycle(guard_s.get()))).filter(|rho| *rho <= 0.5)?;
             let without = |share: f64| libm::pow((1.0 - share).max(0.0), k + 1.0);
             let inside = without(2.0 * rho);
             Some(inside + 2.0 / (k + 1.0) * (without(rho) - inside))

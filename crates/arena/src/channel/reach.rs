@@ -13,7 +13,7 @@ use scenario::{ChannelModel, Scenario};
 /// Parameters that decide who is in reach.
 #[derive(Clone, Debug)]
 pub(super) struct Rules {
-    model: ChannelModel,
+    is_voronoi: bool,
     range_m: f64,
     soft_edge_m: f64,
     /// Distance up to which a packet disturbs others, at least `range_m`.
@@ -76,15 +76,19 @@ enum Near {
 impl Rules {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let channel = &scenario.channel;
-        let occlusion = channel.occlusion == Some(true);
-        let range_m = channel.range_m.map_or(f64::INFINITY, |range| range.get());
+        let (range_m, soft_edge_m, interference_m) = match channel.model {
+            ChannelModel::Voronoi => (f64::INFINITY, 0.0, f64::INFINITY),
+            ChannelModel::Range { range_m, soft_edge_m, interference_range_m } => {
+                (range_m.get(), soft_edge_m.get(), interference_range_m.get())
+            }
+        };
         Self {
-            model: channel.model,
+            is_voronoi: channel.model == ChannelModel::Voronoi,
             range_m,
-            interference_m: channel.interference_range_m.map_or(range_m, |interference| interference.get()),
-            blocked_disturb: channel.occluded_interference == Some(true),
-            soft_edge_m: channel.soft_edge_m.map_or(0.0, |edge| edge.get()),
-            blocking_radius_m: if occlusion { scenario.robots.radius_m.get() } else { 0.0 },
+            interference_m,
+            blocked_disturb: channel.air().is_some_and(|air| air.occluded_interference),
+            soft_edge_m,
+            blocking_radius_m: if channel.occlusion { scenario.robots.radius_m.get() } else { 0.0 },
             size_m: scenario.arena.size_m.get(),
             seed: scenario.seed.get(),
         }
@@ -130,9 +134,9 @@ impl Reach {
     }
 
     fn by(rules: Rules) -> Self {
-        let near = match rules.model {
-            ChannelModel::Voronoi => Near::Voronoi(Delaunay::default()),
-            ChannelModel::Range => Near::Grid(Grid::default()),
+        let near = match rules.is_voronoi {
+            true => Near::Voronoi(Delaunay::default()),
+            false => Near::Grid(Grid::default()),
         };
         Self { rules, positions: Vec::new(), listening: Vec::new(), listeners: 0, near }
     }
@@ -257,7 +261,7 @@ mod tests {
 
     fn rules(soft_edge_m: f64, blocking_radius_m: f64) -> Rules {
         Rules {
-            model: ChannelModel::Range,
+            is_voronoi: false,
             range_m: 1.0,
             soft_edge_m,
             interference_m: 1.0,

@@ -14,7 +14,7 @@ use super::{
     reach::{Reach, Reached},
 };
 use crate::{index_lists::IndexLists, packets::Packets};
-use scenario::{Capture, Scenario};
+use scenario::{Air, Capture, Scenario};
 
 /// Packets that overlap by less than this touch: rounding, not air. Seconds.
 const TOUCH_S: f64 = 1e-9;
@@ -138,8 +138,8 @@ impl Crowding {
 }
 
 impl TimedChannel {
-    pub(super) fn new(scenario: &Scenario, reach: &Reach) -> Self {
-        let schedule = Schedule::new(scenario);
+    pub(super) fn new(air: &Air, scenario: &Scenario, reach: &Reach) -> Self {
+        let schedule = Schedule::new(air.access, scenario);
         let robots = scenario.robot_count();
         // The channel has been at work for a cycle when the run begins.
         let played_s = -scenario.cycle_s();
@@ -150,9 +150,9 @@ impl TimedChannel {
             starts.into_iter().find(|next| next.start_s >= played_s).expect("later packets start later")
         };
         Self {
-            airtime_s: scenario.channel.airtime_s.map_or(0.0, |airtime| airtime.get()),
-            half_duplex: scenario.channel.half_duplex == Some(true),
-            capture: scenario.channel.capture.unwrap_or(Capture::None),
+            airtime_s: air.airtime_s.get(),
+            half_duplex: air.half_duplex,
+            capture: air.capture,
             played_s,
             next: (0..).zip(&rhythms).map(first).collect(),
             rhythms,

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::channel::Reception;
 use crate::payloads::Payloads;
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Burst {
@@ -30,14 +30,12 @@ struct Link {
 }
 
 impl Burst {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        let chance =
-            |value: Option<scenario::Probability>, default: f64| value.map_or(default, |chance| chance.get());
+    pub(super) fn new(spec: &fault::Burst, _: &Scenario) -> Self {
         Self {
-            p: chance(spec.p, 0.0),
-            r: chance(spec.r, 0.0),
-            loss_good: chance(spec.loss_good, 0.0),
-            loss_bad: chance(spec.loss_bad, 1.0),
+            p: spec.p.get(),
+            r: spec.r.get(),
+            loss_good: spec.loss_good.get(),
+            loss_bad: spec.loss_bad.get(),
             links: BTreeMap::new(),
         }
     }

@@ -8,10 +8,7 @@ use super::{
 };
 use crate::payloads::Payloads;
 use crate::random::Draws;
-use scenario::FaultSpec;
-
-/// Bits flipped where the scenario does not say: a number that the checksum always finds, being odd.
-const FLIPS: u32 = 3;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Corrupt {
@@ -20,11 +17,8 @@ pub(super) struct Corrupt {
 }
 
 impl Corrupt {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        Self {
-            probability: spec.probability.map_or(0.0, |probability| probability.get()),
-            flips: spec.flips.map_or(FLIPS, |flips| flips.get()),
-        }
+    pub(super) fn new(spec: &fault::Corrupt, _: &Scenario) -> Self {
+        Self { probability: spec.probability.get(), flips: spec.flips.get() }
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
     rule::{Flight, Rule, Verdict},
 };
 use crate::payloads::Payloads;
-use scenario::{FaultSpec, Scenario};
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Delay {
@@ -17,10 +17,10 @@ pub(super) struct Delay {
 }
 
 impl Delay {
-    pub(super) fn new(spec: &FaultSpec, scenario: &Scenario) -> Self {
+    pub(super) fn new(spec: &fault::Delay, scenario: &Scenario) -> Self {
         Self {
-            delay_s: spec.delay_s.map_or(0.0, |delay| delay.get()),
-            jitter_s: spec.jitter_s.map_or(0.0, |jitter| jitter.get()),
+            delay_s: spec.delay_s.get(),
+            jitter_s: spec.jitter_s.get(),
             step_s: scenario.step_s.get(),
         }
     }

@@ -7,7 +7,7 @@ use super::{
     rule::{Flight, Rule, Verdict},
 };
 use crate::payloads::Payloads;
-use scenario::{FaultSpec, Scenario};
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Duplicate {
@@ -16,11 +16,8 @@ pub(super) struct Duplicate {
 }
 
 impl Duplicate {
-    pub(super) fn new(spec: &FaultSpec, scenario: &Scenario) -> Self {
-        Self {
-            probability: spec.probability.map_or(0.0, |probability| probability.get()),
-            delay: spec.delay_s.map_or(0, |delay| scenario.tick_at(delay.get())),
-        }
+    pub(super) fn new(spec: &fault::Duplicate, scenario: &Scenario) -> Self {
+        Self { probability: spec.probability.get(), delay: scenario.tick_at(spec.delay_s.get()) }
     }
 }
 

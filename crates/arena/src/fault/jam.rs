@@ -3,18 +3,21 @@
 use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
+    target::covers,
 };
-use crate::frame::ArenaPoint;
 use crate::payloads::Payloads;
-use scenario::{Disc, FaultSpec};
+use scenario::{
+    Scenario,
+    fault::{self, Disc},
+};
 
 #[derive(Debug)]
 pub(super) struct Jam {
-    disc: Option<Disc>,
+    disc: Disc,
 }
 
 impl Jam {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
+    pub(super) fn new(spec: &fault::Jam, _: &Scenario) -> Self {
         Self { disc: spec.region }
     }
 }
@@ -25,9 +28,6 @@ impl Rule for Jam {
     }
 
     fn judge(&mut self, flight: &Flight, _: FaultRng, _: &mut Payloads) -> Verdict {
-        let jammed = self.disc.is_some_and(|Disc { center_m, radius_m }| {
-            (flight.receiver_at - ArenaPoint::from(center_m.get())).norm() <= radius_m.get()
-        });
-        if jammed { Verdict::Drop("packets jammed") } else { Verdict::Pass }
+        if covers(&self.disc, &flight.receiver_at) { Verdict::Drop("packets jammed") } else { Verdict::Pass }
     }
 }

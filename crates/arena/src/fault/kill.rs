@@ -9,21 +9,22 @@ use super::{
     rule::Rule,
     target::{Target, whole},
 };
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 /// `which` of the draw by which those who live again are chosen.
 const REBORN: u32 = 1;
 
 #[derive(Debug)]
 pub(super) struct Kill {
-    restart_share: f64,
+    /// The share that lives again; `None` for all.
+    restart_share: Option<f64>,
     /// Robots that it has killed.
     killed: Vec<u32>,
 }
 
 impl Kill {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        Self { restart_share: spec.restart_share.map_or(1.0, |share| share.get()), killed: Vec::new() }
+    pub(super) fn new(spec: &fault::Kill, _: &Scenario) -> Self {
+        Self { restart_share: spec.restart_share.map(|share| share.get()), killed: Vec::new() }
     }
 }
 
@@ -54,7 +55,7 @@ impl Rule for Kill {
         process_faults: &mut Vec<ProcessFault>,
         line: &mut Line,
     ) {
-        let count = whole(self.restart_share, self.killed.len());
+        let count = self.restart_share.map_or(self.killed.len(), |share| whole(share, self.killed.len()));
         let mut drawn: Vec<(f64, u32)> =
             self.killed.iter().map(|&robot| (rng.of_choice(robot, REBORN).unit(), robot)).collect();
         drawn.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

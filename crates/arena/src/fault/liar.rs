@@ -4,7 +4,7 @@ use protocol::{packet::Packet, payload::Payload, robot_id::RobotId};
 
 use super::rule::Rule;
 use crate::payloads::Payloads;
-use scenario::{FaultSpec, PayloadHex};
+use scenario::{PayloadHex, Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Liar {
@@ -16,12 +16,12 @@ pub(super) struct Liar {
 }
 
 impl Liar {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
+    pub(super) fn new(spec: &fault::Liar, _: &Scenario) -> Self {
         let as_sent = |light: f64| light.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
         Self {
             light: spec.light_counts.map(|light| as_sent(light.get()).to_le_bytes()),
             bytes: spec.payload_hex.clone(),
-            offset: spec.payload_offset.map_or(0, |offset| offset.get().into()),
+            offset: spec.payload_offset.get().into(),
             identity: spec.identity,
         }
     }

@@ -5,7 +5,7 @@ use super::{
     rule::{Flight, Rule, Verdict},
 };
 use crate::payloads::Payloads;
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Loss {
@@ -13,8 +13,8 @@ pub(super) struct Loss {
 }
 
 impl Loss {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        Self { probability: spec.probability.map_or(0.0, |probability| probability.get()) }
+    pub(super) fn new(spec: &fault::Loss, _: &Scenario) -> Self {
+        Self { probability: spec.probability.get() }
     }
 }
 

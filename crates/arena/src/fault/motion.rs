@@ -3,24 +3,27 @@
 use protocol::frame::BodyVector;
 
 use super::rule::Rule;
-use scenario::FaultSpec;
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Motion {
     stuck: bool,
-    drift: BodyVector,
+    drift: Option<BodyVector>,
 }
 
 impl Motion {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        let [ahead, left] = spec.drift_m_per_s.map_or([0.0, 0.0], |drift| drift.get());
-        Self { stuck: spec.stuck == Some(true), drift: BodyVector::new(ahead, left) }
+    pub(super) fn new(spec: &fault::Motion, _: &Scenario) -> Self {
+        let drift = spec.drift_m_per_s.map(|drift| drift.get());
+        Self { stuck: spec.stuck, drift: drift.map(|[ahead, left]| BodyVector::new(ahead, left)) }
     }
 }
 
 impl Rule for Motion {
     fn drive(&mut self, velocity: &mut Option<BodyVector>) -> bool {
-        *velocity = velocity.filter(|_| !self.stuck).map(|velocity| BodyVector(velocity.0 + self.drift.0));
+        *velocity = velocity.filter(|_| !self.stuck);
+        if let (Some(velocity), Some(drift)) = (velocity, self.drift) {
+            velocity.0 += drift.0;
+        }
         true
     }
 }

@@ -3,46 +3,39 @@
 use super::{
     rng::FaultRng,
     rule::{Flight, Rule, Verdict},
-    target::Scene,
+    target::{Scene, covers},
 };
-use crate::frame::ArenaPoint;
 use crate::payloads::Payloads;
-use scenario::{Disc, FaultSpec, RobotSet};
+use scenario::{
+    Scenario,
+    fault::{self, Parts},
+};
 
 #[derive(Debug)]
 pub(super) struct Partition {
-    groups: Vec<RobotSet>,
-    region: Option<Disc>,
-    one_way: bool,
+    spec: fault::Partition,
     /// Robots that were inside the disc when it began.
     inside: Vec<bool>,
 }
 
 impl Partition {
-    pub(super) fn new(spec: &FaultSpec) -> Self {
-        Self {
-            groups: spec.groups.clone().unwrap_or_default(),
-            region: spec.region,
-            one_way: spec.one_way == Some(true),
-            inside: Vec::new(),
-        }
+    pub(super) fn new(spec: &fault::Partition, _: &Scenario) -> Self {
+        Self { spec: spec.clone(), inside: Vec::new() }
     }
 
     /// Which part a robot belongs to, if to any. The disc comes first, what lies around it second.
     fn part(&self, robot: u32) -> Option<usize> {
-        match self.region {
-            Some(_) => Some(usize::from(!self.inside[robot as usize])),
-            None => self.groups.iter().position(|group| group.contains(robot)),
+        match &self.spec.parts {
+            Parts::Disc(_) => Some(usize::from(!self.inside[robot as usize])),
+            Parts::Groups(groups) => groups.iter().position(|group| group.contains(robot)),
         }
     }
 }
 
 impl Rule for Partition {
     fn look(&mut self, scene: &Scene<'_>) {
-        if let Some(Disc { center_m, radius_m }) = self.region {
-            let center = ArenaPoint::from(center_m.get());
-            let inside = |pose: &crate::frame::Pose| (pose.position - center).norm() <= radius_m.get();
-            self.inside = scene.poses.iter().map(inside).collect();
+        if let Parts::Disc(disc) = &self.spec.parts {
+            self.inside = scene.poses.iter().map(|pose| covers(disc, &pose.position)).collect();
         }
     }
 
@@ -53,7 +46,7 @@ impl Rule for Partition {
     fn judge(&mut self, flight: &Flight, _: FaultRng, _: &mut Payloads) -> Verdict {
         let (sender, receiver) = (flight.reception.sender, flight.reception.receiver);
         let apart = match (self.part(sender), self.part(receiver)) {
-            (Some(from), Some(to)) if self.one_way => from < to,
+            (Some(from), Some(to)) if self.spec.one_way => from < to,
             (Some(from), Some(to)) => from != to,
             _ => false,
         };

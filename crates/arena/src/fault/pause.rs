@@ -5,11 +5,18 @@ use protocol::percept::Tick;
 use super::{
     AgentState, Fate, ProcessAction, ProcessFault, ledger::Line, rng::FaultRng, rule::Rule, target::Target,
 };
+use scenario::{Scenario, fault};
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {
     /// Robots that it holds, each with its life.
     held: Vec<(u32, u32)>,
+}
+
+impl Pause {
+    pub(super) fn new(_: &fault::Pause, _: &Scenario) -> Self {
+        Self::default()
+    }
 }
 
 impl Rule for Pause {

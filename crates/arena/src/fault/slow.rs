@@ -3,7 +3,7 @@
 use protocol::percept::Tick;
 
 use super::rule::Rule;
-use scenario::{FaultSpec, Scenario};
+use scenario::{Scenario, fault};
 
 #[derive(Debug)]
 pub(super) struct Slow {
@@ -11,8 +11,8 @@ pub(super) struct Slow {
 }
 
 impl Slow {
-    pub(super) fn new(spec: &FaultSpec, scenario: &Scenario) -> Self {
-        Self { late: spec.delay_s.map_or(0, |delay| scenario.tick_at(delay.get())) }
+    pub(super) fn new(spec: &fault::Slow, scenario: &Scenario) -> Self {
+        Self { late: scenario.tick_at(spec.delay_s.get()) }
     }
 }
 

@@ -2,7 +2,10 @@
 
 use super::rng::FaultRng;
 use crate::frame::{ArenaPoint, Pose};
-use scenario::{Direction, FaultKind, FaultSpec, Link, Pick};
+use scenario::{
+    Link,
+    fault::{self, Choice, Direction, Disc, Pick, ShareOf},
+};
 
 /// `which` of the draw by which robots are picked.
 const PICKED: u32 = 0;
@@ -31,22 +34,21 @@ impl Target {
     }
 
     /// Chooses the robots that `spec` means in `scene`.
-    pub(super) fn made(spec: &FaultSpec, scene: &Scene<'_>, rng: FaultRng) -> Self {
-        let named = |robot: u32| spec.robots.as_ref().is_none_or(|robots| robots.contains(robot));
-        // The discs of these are places, not choices.
-        let region = spec.region.filter(|_| !matches!(spec.kind, FaultKind::Jam | FaultKind::Partition));
-        let inside = |at: &ArenaPoint| {
-            region
-                .is_none_or(|disc| (at - ArenaPoint::from(disc.center_m.get())).norm() <= disc.radius_m.get())
-        };
-        let places = (0..).zip(scene.poses).map(|(robot, pose)| (robot, pose.position));
-        let candidates: Vec<(u32, ArenaPoint)> =
-            places.filter(|(robot, at)| named(*robot) && inside(at)).collect();
-        let mut robots = vec![false; scene.poses.len()];
-        for robot in shared(candidates, spec, scene, rng) {
-            robots[robot as usize] = true;
+    pub(super) fn made(spec: &fault::Target, scene: &Scene<'_>, rng: FaultRng) -> Self {
+        let mut target = Self::none();
+        if let fault::Target::Packets(_, direction) = spec {
+            target.direction = *direction;
         }
-        Self { robots, links: spec.links.clone(), direction: spec.direction.unwrap_or_default() }
+        if let fault::Target::Links(links) = spec {
+            target.links = Some(links.clone());
+        }
+        if let Some(choice) = spec.choice() {
+            target.robots = vec![false; scene.poses.len()];
+            for robot in chosen(choice, scene, rng) {
+                target.robots[robot as usize] = true;
+            }
+        }
+        target
     }
 
     /// Whether it strikes this robot.
@@ -72,21 +74,26 @@ impl Target {
     }
 }
 
-/// The share of the candidates that is meant, rounded to whole robots but at least one.
-fn shared(
-    candidates: Vec<(u32, ArenaPoint)>,
-    spec: &FaultSpec,
-    scene: &Scene<'_>,
-    rng: FaultRng,
-) -> Vec<u32> {
-    let Some(share) = spec.share else {
+/// Whether a point lies in a disc.
+pub(super) fn covers(disc: &Disc, at: &ArenaPoint) -> bool {
+    (at - ArenaPoint::from(disc.center_m.get())).norm() <= disc.radius_m.get()
+}
+
+/// The robots of a choice: of its candidates the share that is meant, rounded to whole robots but at least one.
+fn chosen(Choice { robots, region, share }: &Choice, scene: &Scene<'_>, rng: FaultRng) -> Vec<u32> {
+    let named = |robot: u32| robots.as_ref().is_none_or(|robots| robots.contains(robot));
+    let inside = |at: &ArenaPoint| region.is_none_or(|disc| covers(&disc, at));
+    let places = (0..).zip(scene.poses).map(|(robot, pose)| (robot, pose.position));
+    let candidates: Vec<(u32, ArenaPoint)> =
+        places.filter(|(robot, at)| named(*robot) && inside(at)).collect();
+    let Some(ShareOf { share, pick }) = share else {
         return candidates.into_iter().map(|(robot, _)| robot).collect();
     };
     let count = whole(share.get(), candidates.len());
     let middle = scene.lamps.iter().sum::<ArenaPoint>() / scene.lamps.len().max(1) as f64;
     let mut ranked: Vec<(f64, u32)> = candidates
         .into_iter()
-        .map(|(robot, at)| match spec.pick.unwrap_or_default() {
+        .map(|(robot, at)| match pick {
             Pick::Random => (rng.of_choice(robot, PICKED).unit(), robot),
             Pick::NearestLamps => ((at - middle).norm(), robot),
         })

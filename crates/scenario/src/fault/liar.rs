@@ -1,0 +1,82 @@
+//! `liar`: packets carry a false reading or other false bytes, or another robot's name.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Drawer, Entry, Nature, Parameters, Strikes, Window};
+use crate::hex::PayloadHex;
+use crate::number::{Finite, PayloadBytes};
+use crate::problem::{Problem, ensure};
+
+/// Packets carry a false reading or a false name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Liar {
+    /// The light reading that packets falsely carry, counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light_counts: Option<Finite>,
+    /// Bytes that packets falsely carry in their payloads, such as "00c07f45", from `payload_offset` on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload_hex: Option<PayloadHex>,
+    /// Number of the first of these bytes in the payload, from 0; default 0. A packet whose payload ends before the last
+    /// one is left as it is.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub payload_offset: PayloadBytes,
+    /// The robot that packets falsely claim to come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identity: Option<u32>,
+}
+
+impl Parameters for Liar {
+    // They speak as always, if falsely.
+    const NATURE: Nature = Nature::of(Strikes::Robots);
+
+    fn check(&self, entry: &Entry<'_>) -> Result<(), Problem> {
+        let is_there = self.light_counts.is_some() || self.identity.is_some() || self.payload_hex.is_some();
+        entry.one_of(&["light_counts", "identity", "payload_hex"], is_there)?;
+        self.check_payload(entry)?;
+        entry.counts("light_counts", self.light_counts.map(Finite::get))?;
+        self.identity.map_or(Ok(()), |robot| entry.knows("identity", robot))
+    }
+
+    fn cut(&mut self, count: u32) -> bool {
+        self.identity.is_none_or(|robot| robot < count)
+    }
+
+    fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
+        let (given, counts) = (1 + draw.below(3), draw.counts_max());
+        Self {
+            light_counts: (given & 1 > 0).then(|| draw.finite(counts)).flatten(),
+            payload_hex: None,
+            payload_offset: first(),
+            identity: (given & 2 > 0).then(|| draw.robot()),
+        }
+    }
+}
+
+impl Liar {
+    fn check_payload(&self, entry: &Entry<'_>) -> Result<(), Problem> {
+        let Some(hex) = &self.payload_hex else {
+            return ensure(!entry.gives("payload_offset"), || {
+                entry.problem(&["payload_offset"], "`payload_offset` has no meaning without `payload_hex`")
+            });
+        };
+        let end = usize::from(self.payload_offset.get()) + hex.bytes().len();
+        let limit = entry.scenario.channel.payload_bytes_max.get();
+        ensure(end <= limit.into(), || {
+            let message = format!(
+                "payload_hex ends at byte {end} of the payload, and no payload has more than \
+                 channel.payload_bytes_max = {limit} bytes"
+            );
+            entry.problem(&["payload_hex"], message)
+        })
+    }
+}
+
+fn first() -> PayloadBytes {
+    constant!(PayloadBytes, 0)
+}
+
+fn is_first(offset: &PayloadBytes) -> bool {
+    *offset == first()
+}

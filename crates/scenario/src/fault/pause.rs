@@ -1,0 +1,20 @@
+//! `pause`: agents are stopped, and go on later as if nothing had been.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Drawer, Nature, Parameters, Strikes, Window};
+
+/// Agents are stopped (SIGSTOP), and go on later (SIGCONT).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pause {}
+
+impl Parameters for Pause {
+    // Their silence is no loss: they do not speak.
+    const NATURE: Nature = Nature { exclusive: true, ..Nature::of(Strikes::Robots) };
+
+    fn drawn(_: &mut Drawer<'_>, _: &Window) -> Self {
+        Self {}
+    }
+}

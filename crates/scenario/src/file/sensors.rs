@@ -1,0 +1,55 @@
+//! `[sensors]`: sensors beside those for light, walls and other robots.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::number::NonNegative;
+use crate::problem::{Problem, problem};
+use crate::robots::Drive;
+use crate::sensors::{OdometrySpec, SensorsSpec};
+
+/// Sensors beside those for light, walls and other robots.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct SensorsKeys {
+    /// Whether robots have odometry, and turn and move what they have heard along with their bodies; default `true`
+    /// with `robots.drive = "differential"`, else `false`.
+    pub(crate) odometry: Option<bool>,
+    /// Error of odometry: standard deviation of each tick's displacement and, on its own, of its turn, as a share of
+    /// it; at most 1.
+    #[schemars(range(max = 1.0))]
+    pub(crate) odometry_error: NonNegative,
+}
+
+impl SensorsKeys {
+    /// The sensors of robots that move like this.
+    pub(crate) fn resolve(self, drive: Drive) -> Result<SensorsSpec, Problem> {
+        let error = self.odometry_error;
+        match self.odometry.unwrap_or(drive == Drive::Differential) {
+            true => Ok(SensorsSpec { odometry: Some(OdometrySpec { error }) }),
+            false if error == NO_ERROR => Ok(SensorsSpec { odometry: None }),
+            false => {
+                let path = "sensors.odometry_error";
+                Err(problem(&[path], format!("{path} has no meaning without odometry"))
+                    .hint("grant it (on the command line: --set sensors.odometry=true)"))
+            }
+        }
+    }
+}
+
+impl From<SensorsSpec> for SensorsKeys {
+    fn from(SensorsSpec { odometry }: SensorsSpec) -> Self {
+        Self {
+            odometry: Some(odometry.is_some()),
+            odometry_error: odometry.map_or(NO_ERROR, |odometry| odometry.error),
+        }
+    }
+}
+
+const NO_ERROR: NonNegative = constant!(NonNegative, 0.0);
+
+impl Default for SensorsKeys {
+    fn default() -> Self {
+        Self { odometry: None, odometry_error: NO_ERROR }
+    }
+}
