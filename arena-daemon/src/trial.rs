@@ -187,13 +187,16 @@ mod tests {
     use super::*;
     use crate::squad::in_process::InProcess;
     use coverage::CoverageController;
+    use protocol::payload::SHORT_PAYLOAD_BYTES;
 
     fn record(overrides: &[&str]) -> Record {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<_> = overrides.iter().map(|entry| entry.parse().unwrap()).collect();
         let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &overrides).unwrap();
         let setup = scenario.agent_setup(Mode::Lockstep).controller;
-        let mut squad = InProcess::new(scenario.robot_count(), |id| CoverageController::new(id, setup));
+        let mut squad = InProcess::new(scenario.robot_count(), SHORT_PAYLOAD_BYTES, |id| {
+            CoverageController::new(id, setup)
+        });
         play(&scenario, &mut squad, "in-process", &StopFlag::default()).unwrap()
     }
 

@@ -70,7 +70,8 @@ pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Reco
 /// The paper's controller for every robot of `scenario`.
 fn squad(scenario: &Scenario) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
     let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setup))
+    let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
+    InProcess::new(scenario.robot_count(), payload_bytes_max, move |id| CoverageController::new(id, setup))
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

@@ -8,6 +8,10 @@ use core::{
 /// Longest payload that a scenario may allow, in bytes.
 pub const PAYLOAD_BYTES_MAX: usize = 128;
 
+/// Longest payload whose frame lies in a message itself, in bytes: up to this one costs nothing. With its length, such a
+/// frame fills three words of shared memory, and how many lines of cache a percept takes is most of what it costs.
+pub const SHORT_PAYLOAD_BYTES: usize = 9;
+
 /// What a robot says to its neighbors, up to [`PAYLOAD_BYTES_MAX`] bytes; it dereferences to them.
 ///
 /// ```

@@ -107,6 +107,8 @@ pub struct AgentSetup {
     pub mode: Mode,
     /// Transport of messages.
     pub plane: Plane,
+    /// Longest payload of a packet that the arena accepts, in bytes.
+    pub payload_bytes_max: u8,
     /// Length of a neighbor cycle: how often an agent hears of the world and answers.
     pub cycle: Seconds,
     /// The robot's own clock.

@@ -39,7 +39,6 @@ use tracing::level_filters::LevelFilter;
 use transport::{
     doorbell::Doorbell,
     footprint,
-    raw::SHORT_PAYLOAD_BYTES,
     run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
     services::{ServiceError, Session},
 };
@@ -175,7 +174,7 @@ fn join<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
     let setup = agent::setup_of(&run)?;
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Session::enter(&run)?
-        .join(id, setup.plane, SHORT_PAYLOAD_BYTES)
+        .join(id, setup.plane, setup.payload_bytes_max.into())
         .map_err(|error| explained(error, &run))?;
     let agent = Agent::new(id, &setup, ports, new);
     Ok(Box::new(Joined { setup, run, arena, bell, agent }))

@@ -9,6 +9,7 @@ use protocol::{
     command::{Answer, Command},
     controller::Hosted,
     frame::BodyVector,
+    payload::Payload,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::AgentSetup,
@@ -21,7 +22,7 @@ use tests::{
 use transport::{
     codec,
     doorbell::{Doorbell, Ring},
-    raw::{BOOT_TICK, RawCommand, SHORT_PAYLOAD_BYTES},
+    raw::{BOOT_TICK, RawCommand},
     run_dir::RunDir,
     services::{AgentPorts, Session},
 };
@@ -51,7 +52,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer)
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Session::enter(&folder).unwrap();
-    let mut ports = medium.join(ROBOT, setup.plane, SHORT_PAYLOAD_BYTES).unwrap();
+    let mut ports = medium.join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
     let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.controller));
     let mut seen = bell.round();
     send(&mut ports, raw(BOOT_TICK, &mind.boot()));
@@ -148,12 +149,35 @@ fn another_robots_packet_is_refused() {
 }
 
 #[test]
-fn a_packet_longer_than_a_frame_is_refused() {
+fn a_payload_longer_than_the_scenario_allows_is_refused() {
     assert_harmless("length", |tick, honest| {
         let mut long = raw(tick, honest);
         long.frame.len = u8::MAX;
         long
     });
+    assert_harmless("payload", |tick, honest| raw(tick, &saying(&[7; 10], honest)));
+}
+
+/// The same answer with another payload.
+fn saying(payload: &[u8], answer: &Answer) -> Answer {
+    let payload = Payload::try_from(payload).unwrap();
+    Answer { command: Command { payload, ..answer.command }, ..*answer }
+}
+
+/// Whoever could not read it would lack a neighbor.
+#[test]
+fn a_long_payload_is_heard_where_the_scenario_allows_it() {
+    let truth = in_process(&OPTIONS);
+    for plane in [&[][..], &QUEUES] {
+        let options = [&OPTIONS, plane, &["--set", "channel.payload_bytes_max=128"]].concat();
+        let run = run_with(&options, |ports, tick, honest| {
+            let long = saying(&[7; 128], honest);
+            ports.send(raw(tick, &long), &long.packet().encode()).unwrap();
+            Honesty::Never
+        });
+        assert_eq!(run.digest(), truth.digest());
+        assert_eq!(run.number("commands_refused"), 0.0);
+    }
 }
 
 #[test]
@@ -219,7 +243,8 @@ fn an_agent_that_dies_as_it_joins() {
     let Ok(name) = std::env::var(RUN) else { return };
     let (folder, _) = RunDir::open(name.parse().unwrap()).unwrap();
     let setup: AgentSetup = codec::decode(&std::fs::read(folder.setup_path()).unwrap()).unwrap();
-    let _ports = Session::enter(&folder).unwrap().join(ROBOT, setup.plane, SHORT_PAYLOAD_BYTES).unwrap();
+    let _ports =
+        Session::enter(&folder).unwrap().join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
     signal(getpid(), Signal::KILL);
 }
 

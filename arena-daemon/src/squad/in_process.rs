@@ -11,6 +11,8 @@ use protocol::{
     robot_id::RobotId,
 };
 
+use transport::raw::CommandError;
+
 use super::{Answers, RobotStatus, Squad, SquadError};
 use crate::{
     live::{self, Live, SquadStatus},
@@ -22,6 +24,8 @@ use crate::{
 pub struct InProcess<C, N> {
     robots: Vec<Life<C>>,
     new: N,
+    /// Longest payload that is accepted, bytes.
+    payload_bytes_max: usize,
     live: Option<Arc<Live>>,
 }
 
@@ -33,13 +37,15 @@ struct Life<C> {
     controller: Option<Hosted<C>>,
     /// It does nothing and keeps its memory.
     paused: bool,
+    /// Commands that were refused, in all its lives.
+    refused: u64,
 }
 
 impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
-    /// Makes this many robots, each with a controller of its own by `new`.
-    pub fn new(robots: u32, new: N) -> Self {
-        let robots = (0..robots).map(RobotId::first).map(|id| Life::new(id, new(id))).collect();
-        Self { robots, new, live: None }
+    /// Makes this many robots, each with a controller of its own by `new`, whose payloads have up to so many bytes.
+    pub fn new(robots: u32, payload_bytes_max: usize, new: N) -> Self {
+        let robots = (0..robots).map(RobotId::first).map(|id| Life::new(id, new(id), 0)).collect();
+        Self { robots, new, payload_bytes_max, live: None }
     }
 
     /// The same, with `live` for those who watch.
@@ -50,16 +56,32 @@ impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
 }
 
 impl<C: Controller> Life<C> {
-    fn new(id: RobotId, controller: C) -> Self {
-        Self { id, controller: Some(Hosted::new(id, controller)), paused: false }
+    fn new(id: RobotId, controller: C, refused: u64) -> Self {
+        Self { id, controller: Some(Hosted::new(id, controller)), paused: false, refused }
     }
 
-    fn boot(&mut self) -> Option<Answer> {
-        self.awake().map(Hosted::boot)
+    fn boot(&mut self, limit: usize) -> Option<Answer> {
+        let mut answer = self.awake().map(Hosted::boot);
+        self.check(&mut answer, limit);
+        answer
     }
 
-    fn step(&mut self, percept: &Percept) -> Option<Answer> {
-        self.awake().map(|controller| controller.step(percept, &mut ()))
+    fn step(&mut self, percept: &Percept, limit: usize, answer: &mut Option<Answer>) {
+        *answer = self.awake().map(|controller| controller.step(percept, &mut ()));
+        self.check(answer, limit);
+    }
+
+    /// Refuses an answer whose payload is longer than `limit`; counts that, and shows the first.
+    fn check(&mut self, answer: &mut Option<Answer>, limit: usize) {
+        let length = answer.as_ref().map_or(0, |answer| answer.command.payload.len());
+        if length > limit {
+            *answer = None;
+            self.refused += 1;
+            if self.refused == 1 {
+                let (id, why) = (self.id, CommandError::Payload { length, limit });
+                tracing::warn!("a command of {id} is refused: {why} (more are counted, not shown)");
+            }
+        }
     }
 
     fn awake(&mut self) -> Option<&mut Hosted<C>> {
@@ -69,7 +91,8 @@ impl<C: Controller> Life<C> {
 
 impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
     fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
-        Ok(self.robots.iter_mut().map(Life::boot).collect())
+        let limit = self.payload_bytes_max;
+        Ok(self.robots.iter_mut().map(|life| life.boot(limit)).collect())
     }
 
     fn apply_process_faults(
@@ -86,8 +109,8 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
                     let id = life.id.reborn();
-                    *life = Life::new(id, (self.new)(id));
-                    *answer = life.boot();
+                    *life = Life::new(id, (self.new)(id), life.refused);
+                    *answer = life.boot(self.payload_bytes_max);
                 }
             }
         }
@@ -96,7 +119,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
 
     fn exchange(&mut self, percepts: &[Percept], answers: &mut Answers) -> Result<(), SquadError> {
         for ((life, percept), answer) in self.robots.iter_mut().zip(percepts).zip(answers) {
-            *answer = life.step(percept);
+            life.step(percept, self.payload_bytes_max, answer);
         }
         Ok(())
     }
@@ -117,7 +140,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
             },
             cycles: None,
             missed_deadlines: 0,
-            refused: 0,
+            refused: life.refused,
         };
         SquadStatus { robots: self.robots.iter().map(robot).collect(), ..SquadStatus::default() }
     }
@@ -130,7 +153,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
             pid: None,
             alive: life.controller.is_some(),
             paused: life.controller.is_some() && life.paused,
-            refused: 0,
+            refused: life.refused,
         };
         self.robots.iter().map(standing).collect()
     }
@@ -139,6 +162,11 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
 #[cfg(test)]
 mod tests {
     use coverage::CoverageController;
+    use protocol::{
+        command::Command,
+        controller::StageObserver,
+        payload::{Payload, SHORT_PAYLOAD_BYTES},
+    };
     use scenario::Scenario;
 
     use super::*;
@@ -149,7 +177,8 @@ mod tests {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../scenarios/swarmbots.toml"), &[]).unwrap();
         let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
-        let mut squad = InProcess::new(ROBOTS, move |id| CoverageController::new(id, setup));
+        let mut squad =
+            InProcess::new(ROBOTS, SHORT_PAYLOAD_BYTES, move |id| CoverageController::new(id, setup));
         let answers = squad.join_all(&StopFlag::default()).unwrap();
         (squad, answers)
     }
@@ -207,6 +236,32 @@ mod tests {
             (squad.robot_statuses()[2].id, squad.robot_statuses()[2].paused),
             (RobotId::first(2), false)
         );
+    }
+
+    /// Says more from percept to percept.
+    struct Talkative(usize);
+
+    impl Controller for Talkative {
+        fn boot(&mut self) -> Command {
+            Command::REST
+        }
+
+        fn step(&mut self, _: &Percept, _: &mut dyn StageObserver) -> Command {
+            self.0 += 1;
+            Command { payload: Payload::try_from(&[7; 128][..self.0]).unwrap(), ..Command::REST }
+        }
+    }
+
+    #[test]
+    fn a_command_that_says_more_than_is_allowed_is_refused_and_counted() {
+        let mut squad = InProcess::new(1, 3, |_| Talkative(0));
+        let mut answers = squad.join_all(&StopFlag::default()).unwrap();
+        for tick in 0..5 {
+            squad.exchange(&[Percept::empty(tick)], &mut answers).unwrap();
+            let said = answers[0].map(|answer| answer.command.payload.len());
+            assert_eq!(said, Some(tick as usize + 1).filter(|&len| len <= 3));
+        }
+        assert_eq!(squad.robot_statuses()[0].refused, 2);
     }
 
     #[test]

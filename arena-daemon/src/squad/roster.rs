@@ -23,7 +23,7 @@ use transport::{
     doorbell::Doorbell,
     frame_cache::Frames,
     pid_namespace,
-    raw::{BOOT_TICK, CommandError, SHORT_PAYLOAD_BYTES},
+    raw::{BOOT_TICK, CommandError},
     run_dir::{ByHand, RunDir},
     services::{ArenaPorts, Session, remove_dead_files},
     shared_memory::explained,
@@ -128,6 +128,7 @@ pub(super) struct Roster {
     second_core: Option<SecondCore>,
     session: Session,
     plane: Plane,
+    payload_bytes_max: usize,
     /// Frames of packets that agents are to hear.
     frames: Frames,
     pub(super) host: HostConfig,
@@ -156,8 +157,9 @@ impl Roster {
         tell_setup(run, scenario, mode)?;
         let session = Session::enter(run)?;
         let (robots, plane) = (scenario.robot_count(), scenario.plane(mode));
+        let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
         let members = (0..robots)
-            .map(|index| Member::hosted(&session, plane, RobotId::first(index)))
+            .map(|index| Member::hosted(&session, plane, payload_bytes_max, RobotId::first(index)))
             .collect::<Result<Vec<_>, _>>()?;
         let by_hand: Vec<ByHand> = driven_by_hand(&members, &host).collect();
         run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
@@ -171,6 +173,7 @@ impl Roster {
             hang_timeout: scenario.processes.hang_timeout(),
             session,
             plane,
+            payload_bytes_max,
             frames: Frames::of(robots as usize),
             host,
             waiting_told: None,
@@ -548,7 +551,8 @@ impl Roster {
     fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
         let refused = self.members[index].refused;
-        self.members[index] = Member { refused, ..Member::hosted(&self.session, self.plane, id)? };
+        self.members[index] =
+            Member { refused, ..Member::hosted(&self.session, self.plane, self.payload_bytes_max, id)? };
         if !self.is_by_hand(index) {
             self.host.link.tell(&Event::Start(id));
         }
@@ -645,8 +649,13 @@ impl AgentState {
 
 impl Member {
     /// A robot whose agent may come.
-    fn hosted(session: &Session, plane: Plane, id: RobotId) -> Result<Self, SquadError> {
-        let ports = Some(session.host(id, plane, SHORT_PAYLOAD_BYTES)?);
+    fn hosted(
+        session: &Session,
+        plane: Plane,
+        payload_bytes_max: usize,
+        id: RobotId,
+    ) -> Result<Self, SquadError> {
+        let ports = Some(session.host(id, plane, payload_bytes_max)?);
         Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
     }
 

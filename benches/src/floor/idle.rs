@@ -18,6 +18,7 @@ use protocol::{
     command::{Answer, Command},
     frame::BodyVector,
     packet::Packet,
+    payload::SHORT_PAYLOAD_BYTES,
     percept::{Delivery, Percept},
     robot_id::RobotId,
     setup::Mode,
@@ -27,7 +28,7 @@ use transport::{
     doorbell::{Doorbell, Ring},
     footprint,
     frame_cache::Frames,
-    raw::{RawCommand, SHORT_PAYLOAD_BYTES},
+    raw::RawCommand,
     run_dir::{RunDir, RunLock, RunName},
     services::{AgentPorts, ArenaPorts, Session},
 };

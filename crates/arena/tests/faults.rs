@@ -15,7 +15,7 @@ use protocol::{
     command::{Answer, Command},
     frame::BodyVector,
     packet::{Body, Packet},
-    percept::Tick,
+    percept::{Percept, Tick},
     robot_id::RobotId,
 };
 use scenario::Scenario;
@@ -57,11 +57,7 @@ fn everyone() -> Vec<Option<Answer>> {
 }
 
 /// Robots that stand still, and whose agents obey the plan. `look` sees each tick.
-fn run(
-    scenario: &Scenario,
-    ticks: Tick,
-    mut look: impl FnMut(&Arena, Option<&[protocol::percept::Percept]>),
-) -> Arena {
+fn run(scenario: &Scenario, ticks: Tick, mut look: impl FnMut(&Arena, Option<&[Percept]>)) -> Arena {
     let mut arena = Arena::new(scenario).unwrap();
     let mut commands = everyone();
     for _ in 0..=ticks {
@@ -679,6 +675,27 @@ mod bodies {
                 && heard.range.get() < 0.41));
         });
         assert_eq!(effect(&arena, "packets falsified"), 6, "once per packet, not per listener");
+    }
+
+    #[test]
+    fn liars_replace_bytes_of_payloads_that_are_long_enough() {
+        let lie = |lie: &str| scenario(&format!("[[fault]]\nkind = \"liar\"\nrobots = 4\n{lie}"));
+        let of_4 = |percepts: Option<&[Percept]>| {
+            let percept = &percepts.unwrap()[3];
+            let heard = percept.deliveries.iter().find(|heard| heard.packet.sender().index == 4).unwrap();
+            percept.payload(heard).to_vec()
+        };
+        let truth = 1.0_f32.to_le_bytes();
+        let cases = [
+            ("payload_hex = \"abCD\"", [0xab, 0xcd, truth[2], truth[3]], 6),
+            ("payload_hex = \"abcd\"\npayload_offset = 2", [truth[0], truth[1], 0xab, 0xcd], 6),
+            ("payload_hex = \"abcd\"\npayload_offset = 3", truth, 0),
+            ("payload_hex = \"ab\"\nlight_counts = 2.0", [0xab, 0, 0, 0x40], 6),
+        ];
+        for (keys, said, falsified) in cases {
+            let arena = run(&lie(keys), 5, |_, percepts| assert_eq!(of_4(percepts), said, "{keys}"));
+            assert_eq!(effect(&arena, "packets falsified"), falsified, "{keys}");
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use std::num::NonZeroU32;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::number::{NonNegative, Positive, Probability};
+use super::number::{NonNegative, PayloadBytes, Positive, Probability};
 use super::steps::whole_part;
 
 /// The infrared channel: who hears whom, and how well.
@@ -66,6 +66,9 @@ pub struct ChannelSpec {
     pub bearing_step_deg: Option<NonNegative>,
     /// Step in degrees in which orientations are told apart, a whole number of them to a turn of 360; 0 for none.
     pub orientation_step_deg: Option<NonNegative>,
+    /// Longest payload of a packet that is accepted, in bytes; default 9, up to which payloads cost nothing. A command
+    /// with a longer one is refused. The paper's robots send 4 bytes. It does not change how long a packet is in the air.
+    pub payload_bytes_max: PayloadBytes,
 }
 
 /// A named set of channel parameters.

@@ -46,7 +46,9 @@ fn keys(kind: FaultKind) -> (Keys, &'static [&'static str]) {
         FaultKind::Slow => (keys(&["delay_s"], &[], &[]), &OF_ROBOTS),
         FaultKind::Sensor => (keys(&[], &["bias_counts", "noise_counts", "stuck"], &[]), &OF_ROBOTS),
         FaultKind::Motion => (keys(&[], &["stuck", "drift_m_per_s"], &[]), &OF_ROBOTS),
-        FaultKind::Liar => (keys(&[], &["light_counts", "identity"], &[]), &OF_ROBOTS),
+        FaultKind::Liar => {
+            (keys(&[], &["light_counts", "identity", "payload_hex"], &["payload_offset"]), &OF_ROBOTS)
+        }
     }
 }
 
@@ -244,6 +246,20 @@ impl Entry<'_> {
             let value = value.unwrap_or(0.0);
             ensure(value.abs() <= most, || {
                 self.problem(&[key], format!("{key} = {value:e} is beyond -{most:e} to {most:e}"))
+            })?;
+        }
+        ensure(fault.payload_offset.is_none() || fault.payload_hex.is_some(), || {
+            self.problem(&["payload_offset"], "`payload_offset` has no meaning without `payload_hex`".into())
+        })?;
+        if let Some(bytes) = fault.payload_hex.as_ref().map(|hex| hex.bytes().len()) {
+            let end = fault.payload_offset.map_or(0, |offset| usize::from(offset.get())) + bytes;
+            let limit = self.scenario.channel.payload_bytes_max.get();
+            ensure(end <= limit.into(), || {
+                let message = format!(
+                    "payload_hex ends at byte {end} of the payload, and no payload has more than \
+                     channel.payload_bytes_max = {limit} bytes"
+                );
+                self.problem(&["payload_hex"], message)
             })?;
         }
         ensure(fault.stuck != Some(false), || {

@@ -7,7 +7,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::Place;
-use super::number::{FaultCount, Finite, FlipCount, NonNegative, Positive, Probability, Share, Xy};
+use super::hex::PayloadHex;
+use super::number::{
+    FaultCount, Finite, FlipCount, NonNegative, PayloadBytes, Positive, Probability, Share, Xy,
+};
 use super::robot_set::{Link, RobotSet};
 
 /// One rule of the fault plan.
@@ -73,6 +76,11 @@ pub struct FaultSpec {
     pub drift_m_per_s: Option<Xy<Finite>>,
     /// The light reading that packets falsely carry, counts. For `liar`.
     pub light_counts: Option<Finite>,
+    /// Bytes that packets falsely carry in their payloads, such as "00c07f45", from `payload_offset` on. For `liar`.
+    pub payload_hex: Option<PayloadHex>,
+    /// Number of the first of these bytes in the payload, from 0; default 0. A packet whose payload ends before the last
+    /// one is left as it is. For `liar`.
+    pub payload_offset: Option<PayloadBytes>,
     /// The robot that packets falsely claim to come from. For `liar`.
     pub identity: Option<u32>,
 
@@ -216,6 +224,8 @@ impl FaultSpec {
             stuck: None,
             drift_m_per_s: None,
             light_counts: None,
+            payload_hex: None,
+            payload_offset: None,
             identity: None,
             origin: Origin::default(),
         }

@@ -16,6 +16,7 @@ mod error;
 mod explain;
 mod fault_check;
 mod faults;
+mod hex;
 mod light;
 mod load;
 mod overrides;
@@ -37,11 +38,12 @@ pub use channel::{Access, Capture, ChannelModel, ChannelSpec, Profile};
 pub use check::MAX_GAIN_STEP;
 pub use error::{Place, ScenarioError};
 pub use faults::{Direction, Disc, FaultKind, FaultSpec, FuzzSpec, Origin, Pick};
+pub use hex::{PayloadHex, PayloadHexError};
 pub use light::{LightSensor, LightSpec};
 pub use load::BYTES_MAX;
 pub use number::{
-    DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, Positive, Probability, Refused,
-    RobotCount, SEED_MAX, Seed, Share, Xy,
+    DiodeCount, FaultCount, Finite, FlipCount, MAX_ROBOTS, NonNegative, PayloadBytes, Positive, Probability,
+    Refused, RobotCount, SEED_MAX, Seed, Share, Xy,
 };
 pub use overrides::{Override, OverrideError};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
@@ -209,7 +211,8 @@ impl Scenario {
             seed: self.seed.get(),
         };
         let (plane, controller) = (self.plane(mode), self.controller_setup());
-        AgentSetup { mode, plane, cycle, clock, controller, pid_namespace: None }
+        let payload_bytes_max = self.channel.payload_bytes_max.get();
+        AgentSetup { mode, plane, payload_bytes_max, cycle, clock, controller, pid_namespace: None }
     }
 
     /// Returns the plane for messages between the arena and agents that keep time like this.

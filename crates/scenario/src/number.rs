@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
+use protocol::payload::{PAYLOAD_BYTES_MAX, SHORT_PAYLOAD_BYTES};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -201,6 +202,21 @@ count!(
     8 * protocol::packet::frame_bytes(4) as u32,
     " bits"
 );
+count!(
+    /// How many bytes of a payload.
+    PayloadBytes: u8,
+    0,
+    PAYLOAD_BYTES_MAX as u8,
+    " bytes"
+);
+
+/// As many as cost nothing.
+impl Default for PayloadBytes {
+    fn default() -> Self {
+        Self(SHORT_PAYLOAD_BYTES as u8)
+    }
+}
+
 count!(
     /// How many faults a random plan may have.
     FaultCount: u32,

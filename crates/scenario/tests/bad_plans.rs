@@ -283,6 +283,26 @@ mod faults {
     }
 
     #[test]
+    fn false_bytes_are_bytes_and_lie_in_a_payload() {
+        check_fault(
+            "kind = \"liar\"\npayload_hex = \"abc\"",
+            expect![[
+                r#"plan.toml:16: fault.0.payload_hex: must be 1 to 128 bytes of two hexadecimal digits each, such as "00c07f45", got `abc`"#
+            ]],
+        );
+        check_fault(
+            "kind = \"liar\"\nidentity = 1\npayload_offset = 2",
+            expect!["plan.toml:17: `payload_offset` has no meaning without `payload_hex`"],
+        );
+        check_fault(
+            "kind = \"liar\"\npayload_hex = \"abcd\"\npayload_offset = 8",
+            expect![
+                "plan.toml:16: payload_hex ends at byte 10 of the payload, and no payload has more than channel.payload_bytes_max = 9 bytes"
+            ],
+        );
+    }
+
+    #[test]
     fn unknown_robots_are_refused_wherever_they_are_named() {
         check_fault(
             "kind = \"pause\"\nrobots = \"1,5\"",

@@ -122,6 +122,7 @@ mod reading {
             range_step_m = 0.0
             bearing_step_deg = 0.0
             orientation_step_deg = 0.0
+            payload_bytes_max = 9
 
             [convergence]
             tolerance_m = 0.0000001

@@ -15,7 +15,7 @@ use protocol::{
     frame::BodyVector,
     odometry::Odometry,
     packet::{FRAME_BYTES_MAX, PacketError, PacketView, frame_bytes},
-    payload::Payload,
+    payload::{Payload, SHORT_PAYLOAD_BYTES},
     percept::{COMPONENTS_MAX, Delivery, FieldComponent, Light, Percept, Stimulus, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
     units::{Meters, NotFinite, Radians},
@@ -30,11 +30,8 @@ pub const BOOT_TICK: Tick = Tick::MAX;
 /// difference of two readings is finite.
 const REASON: f64 = 1e12;
 
-/// Longest frame that lies in a message itself, in bytes. With its length, it fills three words of shared memory, and
-/// how many lines of cache a percept takes is most of what it costs.
-const SHORT_FRAME_BYTES: usize = 23;
-/// Longest payload of such a frame, in bytes.
-pub const SHORT_PAYLOAD_BYTES: usize = SHORT_FRAME_BYTES - frame_bytes(0);
+/// Longest frame that lies in a message itself, in bytes.
+const SHORT_FRAME_BYTES: usize = frame_bytes(SHORT_PAYLOAD_BYTES);
 
 /// One infrared frame, or the beginning of one that is longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]

@@ -24,15 +24,13 @@ use iceoryx2::{
 
 use crate::{
     frame_cache::Frames,
-    raw::{
-        CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame,
-        SHORT_PAYLOAD_BYTES,
-    },
+    raw::{CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame},
     run_dir::RunDir,
     shared_memory::explained,
 };
 use protocol::{
     command::Answer,
+    payload::SHORT_PAYLOAD_BYTES,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::Plane,

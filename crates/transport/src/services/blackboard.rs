@@ -28,11 +28,12 @@ use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, ser
 use crate::{
     frame_cache::Frames,
     raw::{
-        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawWalls,
-        SHORT_PAYLOAD_BYTES, add_deliveries, raw_field, raw_walls,
+        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawWalls, add_deliveries,
+        raw_field, raw_walls,
     },
 };
 use protocol::{
+    payload::SHORT_PAYLOAD_BYTES,
     percept::{DELIVERIES_MAX, Delivery, Percept},
     robot_id::RobotId,
 };
