@@ -29,7 +29,7 @@ mod time_out;
 
 use std::{num::NonZeroU32, path::Path};
 
-use protocol::setup::{AgentSetup, ClockSetup, Closure, ControllerSetup, GradientMode, Mode, Plane};
+use protocol::setup::{AgentSetup, ClockSetup, Closure, ControllerSetup, GradientMode, Law, Mode, Plane};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,7 @@ pub use schema::schema_json;
 pub use steps::{Rounded, Roundings, STEPS_MAX};
 pub use tables::{
     ArenaSpec, ControllerSpec, ConvergenceSpec, Drive, FieldSpec, GaussianSpec, GradientSource, LampSpec,
-    OnHang, OutputSpec, ProcessesSpec, RobotsSpec, SensorsSpec,
+    OnHang, OutputSpec, ProcessesSpec, RobotsSpec, Sensor, SensorsSpec,
 };
 
 use document::Document;
@@ -195,6 +195,20 @@ impl Scenario {
     /// Number of robots in the run; parsing made sure there is one.
     pub fn robot_count(&self) -> u32 {
         self.robots.count.map_or(0, RobotCount::get)
+    }
+
+    /// Returns what robots are granted to sense, beside the packets that they hear.
+    pub fn granted(&self) -> Vec<Sensor> {
+        let sensors = [
+            (Sensor::Light, true),
+            (Sensor::Bump, true),
+            (Sensor::Walls, self.arena.boundary_sensing),
+            (Sensor::Odometry, self.sensors.odometry == Some(true)),
+            (Sensor::Compass, self.sensors.compass),
+            (Sensor::Position, self.sensors.position),
+            (Sensor::Field, self.controller.law == Law::Exact),
+        ];
+        sensors.into_iter().filter(|(_, granted)| *granted).map(|(sensor, _)| sensor).collect()
     }
 
     /// The lamps, in the order of the file.

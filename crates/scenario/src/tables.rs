@@ -118,6 +118,30 @@ pub struct SensorsSpec {
     /// it; at most 1.
     #[schemars(range(max = 1.0))]
     pub odometry_error: NonNegative,
+    /// Whether robots know their heading in the arena; default `false`. The paper's controller does not go by it.
+    pub compass: bool,
+    /// Whether robots know their position in the arena; default `false`. The paper's controller does not go by it.
+    pub position: bool,
+}
+
+/// What robots can be granted to sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sensor {
+    /// The light where they stand.
+    Light,
+    /// The bump skirt.
+    Bump,
+    /// Walls: `arena.boundary_sensing`.
+    Walls,
+    /// Their own motion: `sensors.odometry`.
+    Odometry,
+    /// Their heading in the arena: `sensors.compass`.
+    Compass,
+    /// Their position in the arena: `sensors.position`.
+    Position,
+    /// The true field: with the law `exact`.
+    Field,
 }
 
 /// The controller every robot runs.
@@ -253,7 +277,7 @@ impl Default for FieldSpec {
 
 impl Default for SensorsSpec {
     fn default() -> Self {
-        Self { odometry: None, odometry_error: constant!(NonNegative, 0.0) }
+        Self { odometry: None, odometry_error: constant!(NonNegative, 0.0), compass: false, position: false }
     }
 }
 
