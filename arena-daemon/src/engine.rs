@@ -283,6 +283,7 @@ impl Run<'_> {
             scenario: self.scenario.name.clone(),
             seed: self.scenario.seed.get(),
             robots: self.scenario.robot_count(),
+            granted: self.scenario.granted(),
             engine: plan.engine.into(),
             mode: plan.mode,
             ended,

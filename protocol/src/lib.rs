@@ -13,6 +13,7 @@ extern crate std;
 pub mod command;
 pub mod controller;
 pub mod frame;
+pub mod granted;
 pub mod odometry;
 #[cfg(feature = "oscillator")]
 pub mod oscillator;
