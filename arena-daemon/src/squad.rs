@@ -13,6 +13,7 @@ use std::{sync::Arc, thread, time::Instant};
 use arena::fault::ProcessFault;
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -71,6 +72,9 @@ pub trait Squad {
     /// Returns the status of its robots. What they take is measured from now on if the run is `watched`, and
     /// no longer if not.
     fn status_of_robots(&mut self, watched: bool) -> SquadStatus;
+
+    /// Returns what robot `index` notes for those who watch, with its last answer; empty if it notes nothing.
+    fn notes(&self, index: usize) -> &Notes;
 
     /// Ends every agent.
     fn dismiss(&mut self);

@@ -7,6 +7,7 @@ use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
     command::Answer,
     controller::{Controller, Hosted},
+    notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -39,6 +40,8 @@ struct Life<C> {
     paused: bool,
     /// Commands that were refused, in all its lives.
     refused: u64,
+    /// What it notes for those who watch.
+    notes: Notes,
 }
 
 impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
@@ -57,17 +60,30 @@ impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
 
 impl<C: Controller> Life<C> {
     fn new(id: RobotId, controller: C, refused: u64) -> Self {
-        Self { id, controller: Some(Hosted::new(id, controller)), paused: false, refused }
+        Self {
+            id,
+            controller: Some(Hosted::new(id, controller)),
+            paused: false,
+            refused,
+            notes: Notes::default(),
+        }
     }
 
-    fn boot(&mut self, limit: usize) -> Option<Answer> {
+    fn boot(&mut self, limit: usize) -> Result<Option<Answer>, SquadError> {
         let mut answer = self.awake().map(Hosted::boot);
+        if let Some(hosted) = &self.controller {
+            self.notes =
+                Notes::of(&hosted.controller).map_err(|error| SquadError(format!("{}: {error}", self.id)))?;
+        }
         self.check(&mut answer, limit);
-        answer
+        Ok(answer)
     }
 
     fn step(&mut self, percept: &Percept, limit: usize, answer: &mut Option<Answer>) {
         *answer = self.awake().map(|controller| controller.step(percept, &mut ()));
+        if let Some(hosted) = &self.controller {
+            self.notes.update(&hosted.controller);
+        }
         self.check(answer, limit);
     }
 
@@ -92,7 +108,7 @@ impl<C: Controller> Life<C> {
 impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
     fn join_all(&mut self, _stop: &StopFlag) -> Result<Answers, SquadError> {
         let limit = self.payload_bytes_max;
-        Ok(self.robots.iter_mut().map(|life| life.boot(limit)).collect())
+        self.robots.iter_mut().map(|life| life.boot(limit)).collect()
     }
 
     fn apply_process_faults(
@@ -110,7 +126,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 ProcessAction::Restart => {
                     let id = life.id.reborn();
                     *life = Life::new(id, (self.new)(id), life.refused);
-                    *answer = life.boot(self.payload_bytes_max);
+                    *answer = life.boot(self.payload_bytes_max)?;
                 }
             }
         }
@@ -143,6 +159,10 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
             refused: life.refused,
         };
         SquadStatus { robots: self.robots.iter().map(robot).collect(), ..SquadStatus::default() }
+    }
+
+    fn notes(&self, index: usize) -> &Notes {
+        &self.robots[index].notes
     }
 
     fn dismiss(&mut self) {}
@@ -250,6 +270,10 @@ mod tests {
             self.0 += 1;
             Command { payload: Payload::try_from(&[7; 128][..self.0]).unwrap(), ..Command::REST }
         }
+
+        fn notes(&self, note: &mut dyn FnMut(&str, f64)) {
+            note("bytes said", self.0 as f64);
+        }
     }
 
     #[test]
@@ -260,6 +284,10 @@ mod tests {
             squad.exchange(&[Percept::empty(tick)], &mut answers).unwrap();
             let said = answers[0].map(|answer| answer.command.payload.len());
             assert_eq!(said, Some(tick as usize + 1).filter(|&len| len <= 3));
+            assert_eq!(
+                (&squad.notes(0).names()[0][..], squad.notes(0).values()),
+                ("bytes said", &[tick as f64 + 1.0][..])
+            );
         }
         assert_eq!(squad.robot_statuses()[0].refused, 2);
     }

@@ -4,6 +4,7 @@ use std::{mem, sync::Arc, thread, time::Duration};
 
 use arena::fault::{ProcessAction, ProcessFault};
 use protocol::{
+    notes::Notes,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -189,6 +190,10 @@ impl Squad for Lockstep {
         self.members.status_of_robots(watched)
     }
 
+    fn notes(&self, index: usize) -> &Notes {
+        &self.members.members[index].notes
+    }
+
     fn dismiss(&mut self) {
         self.members.dismiss();
     }
@@ -229,6 +234,10 @@ impl Squad for Trial<'_> {
 
     fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
         self.squad.status_of_robots(watched)
+    }
+
+    fn notes(&self, index: usize) -> &Notes {
+        self.squad.notes(index)
     }
 
     /// The next trial needs them.

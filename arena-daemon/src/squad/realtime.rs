@@ -8,6 +8,7 @@ use std::{
 use arena::fault::ProcessFault;
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -204,6 +205,10 @@ impl Squad for Realtime {
         });
         let waiting = self.members.waiting(Awaited::Sign, silent, self.tick);
         SquadStatus { waiting, ..self.members.status_of_robots(watched) }
+    }
+
+    fn notes(&self, index: usize) -> &Notes {
+        &self.members.members[index].notes
     }
 
     fn dismiss(&mut self) {

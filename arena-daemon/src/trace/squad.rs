@@ -3,7 +3,10 @@
 use std::{sync::Arc, time::Instant};
 
 use arena::fault::ProcessFault;
-use protocol::percept::{Percept, Tick};
+use protocol::{
+    notes::Notes,
+    percept::{Percept, Tick},
+};
 
 use super::Tracer;
 use crate::{
@@ -71,6 +74,10 @@ impl Squad for Traced<'_> {
 
     fn status_of_robots(&mut self, watched: bool) -> SquadStatus {
         self.squad.status_of_robots(watched)
+    }
+
+    fn notes(&self, index: usize) -> &Notes {
+        self.squad.notes(index)
     }
 
     fn dismiss(&mut self) {

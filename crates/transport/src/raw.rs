@@ -14,6 +14,7 @@ use protocol::{
     command::{Answer, Command},
     frame::BodyVector,
     granted::{Compass, Position},
+    notes::NOTES_MAX,
     odometry::Odometry,
     packet::{FRAME_BYTES_MAX, PacketError, PacketView, frame_bytes},
     payload::{Payload, SHORT_PAYLOAD_BYTES},
@@ -235,11 +236,25 @@ pub struct RawCommand {
     /// The agent's process, for messages about it; 0 if it has no number where the arena is.
     pub pid: u32,
     /// 1 if there is an estimated error, 0 if not.
-    pub has_error: u32,
+    pub has_error: u16,
+    /// How many notes go with it.
+    pub notes_len: u16,
     /// How long it took.
     pub times: RawTimes,
 }
 const _: () = assert!(size_of::<RawCommand>() == 128);
+
+/// All notes there may be; the command says how many there are.
+pub type RawNotes = [f64; NOTES_MAX];
+
+/// What goes with a command that does not lie in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Beside {
+    /// The frame, if it is long.
+    pub(crate) frame: RawLongFrame,
+    /// Notes, as many as the command says.
+    pub(crate) notes: RawNotes,
+}
 
 /// Why a command is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -274,7 +289,10 @@ pub enum CommandError {
     },
     /// It neither has an estimated error nor has none.
     #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
-    Flag(u32),
+    Flag(u16),
+    /// More notes than there may be.
+    #[error("it has {0} notes, at most {NOTES_MAX} are known")]
+    Notes(u16),
     /// Its packet says more than the scenario allows.
     #[error(
         "its payload of {length} bytes is longer than the {limit} that `channel.payload_bytes_max` allows"
@@ -382,6 +400,7 @@ impl RawCommand {
             frame: RawFrame::of(frame),
             pid,
             has_error: command.estimated_error.is_some().into(),
+            notes_len: 0,
             times: RawTimes::default(),
         }
     }
@@ -416,6 +435,9 @@ impl RawCommand {
             unknown => return Err(CommandError::Flag(unknown)),
         };
         let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
+        if usize::from(self.notes_len) > NOTES_MAX {
+            return Err(CommandError::Notes(self.notes_len));
+        }
         let length = usize::from(self.frame.len).saturating_sub(frame_bytes(0));
         if length > limit {
             return Err(CommandError::Payload { length, limit });
@@ -723,6 +745,11 @@ mod tests {
     }
 
     #[test]
+    fn more_notes_than_there_may_be_are_refused() {
+        assert_eq!(refusal(RawCommand { notes_len: 17, ..raw() }), "it has 17 notes, at most 16 are known");
+    }
+
+    #[test]
     fn a_stale_tick_is_refused() {
         assert_eq!(
             refusal(RawCommand { tick: 11, ..raw() }),
@@ -871,9 +898,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u16, notes_len: u16, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
             let frame = RawFrame { len, bytes };
-            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, frame, ..RawCommand::default() };
+            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, notes_len, frame, ..RawCommand::default() };
             let _ = raw.check(&long, 128, ROBOT, 12);
         }
     }
