@@ -53,6 +53,16 @@ pub trait Controller {
 
     /// Plays one neighbor cycle: percept in, command out. `stages` may be told where time goes; it changes nothing.
     fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command;
+
+    /// Tells `note` numbers for those who watch, each with its name; a flag is 0 or 1. Asked after
+    /// [`boot`](Controller::boot) and after each [`step`](Controller::step).
+    ///
+    /// They must be as many each time, at most [`NOTES_MAX`](crate::notes::NOTES_MAX), and in the same order: their names
+    /// are those told at boot. They are in no packet and not in the digest. Without any, nobody asks again.
+    #[inline]
+    fn notes(&self, note: &mut dyn FnMut(&str, f64)) {
+        let _ = note;
+    }
 }
 
 /// A controller with what its host does for it: each command becomes an answer, with a packet in the robot's name.

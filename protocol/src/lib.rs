@@ -13,6 +13,8 @@ extern crate std;
 pub mod command;
 pub mod controller;
 pub mod frame;
+pub mod granted;
+pub mod notes;
 pub mod odometry;
 #[cfg(feature = "oscillator")]
 pub mod oscillator;

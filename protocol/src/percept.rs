@@ -1,7 +1,7 @@
 //! All that an agent gets in one tick.
 //!
-//! There is no pose, no arena coordinate and no number of robots in here: what a robot knows, it
-//! heard or sensed, in its own body frame.
+//! There is no number of robots in here, and unless a scenario grants a compass or a position neither pose nor
+//! coordinate of the arena: what a robot knows, it heard or sensed, in its own body frame.
 
 use alloc::vec::Vec;
 
@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 
 use crate::{
     frame::BodyVector,
+    granted::{Compass, Position},
     odometry::Odometry,
     packet::{Body, Packet, PacketView},
     units::{Meters, Radians},
@@ -105,6 +106,10 @@ pub struct Percept {
     pub bump: bool,
     /// The robot's own motion, where the scenario gives robots odometry.
     pub odometry: Option<Odometry>,
+    /// Which way the robot faces, where the scenario gives robots a compass.
+    pub compass: Option<Compass>,
+    /// Where the robot is, where the scenario tells robots.
+    pub position: Option<Position>,
     /// Walls, where the scenario gives robots boundary sensing.
     pub walls: ArrayVec<Wall, WALLS_MAX>,
     /// The true field, for the `exact` controller only; else empty.
@@ -122,6 +127,8 @@ impl Percept {
             light: Light { value: 0.0, stimulus: Stimulus::None },
             bump: false,
             odometry: None,
+            compass: None,
+            position: None,
             walls: ArrayVec::new(),
             field: ArrayVec::new(),
             payloads: Vec::new(),

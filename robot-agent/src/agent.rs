@@ -6,6 +6,7 @@ use anyhow::Context;
 use protocol::{
     command::{Command, Transmitter},
     controller::Controller,
+    notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, ControllerSetup},
@@ -35,6 +36,7 @@ pub(crate) struct Agent<C, N> {
     // memory that they use and no more.
     controller: Box<C>,
     transmitter: Transmitter,
+    notes: Notes,
     new: N,
     percept: Box<Percept>,
     ports: AgentPorts,
@@ -53,6 +55,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
             stopwatch,
             controller,
             transmitter: Transmitter::new(id),
+            notes: Notes::default(),
             new,
             ports,
             percept,
@@ -61,17 +64,25 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
         }
     }
 
-    /// Says that this robot is there.
-    pub(crate) fn announce(&mut self) -> Result<(), ServiceError> {
+    /// Says that this robot is there, and the names of its notes.
+    pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let command = self.controller.boot();
-        self.send(BOOT_TICK, command, RawTimes::default())
+        self.notes = Notes::of(&*self.controller)?;
+        if !self.notes.names().is_empty() {
+            run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
+        }
+        Ok(self.send(BOOT_TICK, command, RawTimes::default())?)
     }
 
     /// Sends `command` as the answer to `tick`, with the robot's next packet.
     fn send(&mut self, tick: Tick, command: Command, times: RawTimes) -> Result<(), ServiceError> {
         let answer = self.transmitter.answer(command);
         let frame = answer.packet().encode();
-        self.ports.send(RawCommand::new(tick, &answer, &frame, self.pid).timed(times), &frame)
+        self.ports.send(
+            RawCommand::new(tick, &answer, &frame, self.pid).timed(times),
+            &frame,
+            self.notes.values(),
+        )
     }
 
     /// Answers the newest percept that waits. Returns whether there was one. Asked to boot, it begins anew
@@ -84,12 +95,13 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
         if self.percept.tick == BOOT_TICK {
             tracing::debug!("begins anew");
             self.begin_anew(run)?;
-            self.announce()?;
+            self.announce(run)?;
             self.stopwatch.booted();
             return Ok(true);
         }
         self.stopwatch.received();
         let command = self.controller.step(&self.percept, &mut self.stopwatch);
+        self.notes.update(&*self.controller);
         self.send(self.percept.tick, command, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");

@@ -26,7 +26,7 @@ pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
 ) -> anyhow::Result<()> {
     let mut seen = bell.round();
     let mut passed_by = None;
-    agent.announce()?;
+    agent.announce(run)?;
     bell.answer();
     loop {
         // In a steady tick no clock of the operating system is read.

@@ -33,7 +33,7 @@ pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
     setup: &AgentSetup,
 ) -> anyhow::Result<()> {
     let mut seen = bell.round();
-    agent.announce()?;
+    agent.announce(run)?;
     bell.answer();
     let mut now = Instant::now();
     let mut timer = Timer::new(agent.id, setup.cycle, &setup.clock, now)

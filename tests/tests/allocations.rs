@@ -67,7 +67,7 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
             assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))));
             let answer = mind.step(&read, &mut ());
             let frame = answer.packet().encode();
-            agent.send(RawCommand::new(tick, &answer, &frame, 1), &frame).unwrap();
+            agent.send(RawCommand::new(tick, &answer, &frame, 1), &frame, &[]).unwrap();
             let command = host.receive().unwrap().unwrap();
             assert_eq!(host.check(&command, robot, tick, &mut frames), Ok(answer));
         }

@@ -4,6 +4,11 @@
 
 use std::{collections::BTreeSet, process::Command};
 
+use arena::Arena;
+use protocol::percept::Percept;
+use scenario::{Override, Scenario, Sensor};
+use tests::programs::scenario;
+
 /// Names of everything `package` links, itself included, as built on its own.
 fn linked_by(package: &str) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
@@ -101,13 +106,14 @@ fn what_carries_messages_knows_neither_world_nor_mind() {
     assert_knows_nothing_of("transport", &["arena", "scenario", "coverage"]);
 }
 
-/// The words by which a swarm's size or a pose in the arena would have to reach a robot.
+/// The words by which a swarm's size or a pose in the arena would have to reach a robot; what a scenario may grant has a
+/// file of its own.
 #[test]
 fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
     let source = |file: &str| {
         std::fs::read_to_string(format!("{}/../protocol/src/{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap()
     };
-    for file in ["percept", "odometry", "controller", "setup", "frame", "packet"] {
+    for file in ["percept", "odometry", "controller", "setup", "frame", "packet", "payload", "command"] {
         let code: String = source(file)
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"))
@@ -117,5 +123,66 @@ fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
         for word in ["arenapoint", "pose", "robot_count", "swarm", "size_m"] {
             assert!(!code.contains(word), "protocol/src/{file}.rs speaks of `{word}`");
         }
+    }
+}
+
+/// The first percept of each robot of a ready scenario.
+fn percepts(name: &str, sets: &[&str]) -> (Scenario, Vec<Percept>, Arena) {
+    let sets: Vec<Override> = sets.iter().map(|set| set.parse().unwrap()).collect();
+    let scenario = Scenario::load(&scenario(name), &sets).unwrap();
+    let mut arena = Arena::new(&scenario).unwrap();
+    let percepts = arena.tick(&vec![None; scenario.robot_count() as usize]).unwrap().to_vec();
+    (scenario, percepts, arena)
+}
+
+/// What a percept holds beside packets, light and bump.
+fn sensed(percept: &Percept) -> Vec<Sensor> {
+    let sensors = [
+        (Sensor::Light, true),
+        (Sensor::Bump, true),
+        (Sensor::Walls, !percept.walls.is_empty()),
+        (Sensor::Odometry, percept.odometry.is_some()),
+        (Sensor::Compass, percept.compass.is_some()),
+        (Sensor::Position, percept.position.is_some()),
+        (Sensor::Field, !percept.field.is_empty()),
+    ];
+    sensors.into_iter().filter(|(_, there)| *there).map(|(sensor, _)| sensor).collect()
+}
+
+#[test]
+fn a_percept_holds_what_is_granted_and_nothing_else() {
+    let walls = "arena.boundary_sensing=true";
+    let (odometry, compass, position) =
+        ("sensors.odometry=true", "sensors.compass=true", "sensors.position=true");
+    for name in ["swarmbots", "one-gaussian"] {
+        for sets in [
+            &[][..],
+            &[walls],
+            &[odometry],
+            &[compass],
+            &[position],
+            &["controller.law=exact", "controller.cell_cap_m=1"],
+            &[walls, odometry, compass, position],
+        ] {
+            let (scenario, percepts, _) = percepts(name, sets);
+            let granted = scenario.granted();
+            assert!(
+                percepts.iter().all(|percept| sensed(percept) == granted),
+                "{name} {sets:?}: {granted:?}"
+            );
+        }
+        let (scenario, ..) = percepts(name, &[]);
+        let told = |sensor: &Sensor| matches!(sensor, Sensor::Compass | Sensor::Position);
+        assert!(!scenario.granted().iter().any(told), "{name}: by default no robot knows where it is");
+    }
+}
+
+#[test]
+fn a_granted_compass_and_position_are_the_pose() {
+    let (_, percepts, arena) = percepts("swarmbots", &["sensors.compass=true", "sensors.position=true"]);
+    for (percept, pose) in percepts.iter().zip(arena.poses()) {
+        let (compass, position) = (percept.compass.unwrap(), percept.position.unwrap());
+        assert_eq!(compass.heading.get(), pose.heading);
+        assert_eq!([position.x.get(), position.y.get()], [pose.position.x, pose.position.y]);
     }
 }

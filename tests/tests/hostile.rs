@@ -55,7 +55,8 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer)
     let mut ports = medium.join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
     let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.controller));
     let mut seen = bell.round();
-    send(&mut ports, raw(BOOT_TICK, &mind.boot()));
+    folder.tell_note_names(ROBOT, &["misbehaves".into()]).unwrap();
+    ports.send(raw(BOOT_TICK, &mind.boot()), &[], &[1.0]).unwrap();
     loop {
         match bell.wait_for_ring(seen, Duration::from_secs(60)) {
             Ring::Round(round) => seen = round,
@@ -91,7 +92,7 @@ fn raw(tick: Tick, answer: &Answer) -> RawCommand {
 
 /// Sends a command whose frame is short, or lies about that.
 fn send(ports: &mut AgentPorts, command: RawCommand) {
-    ports.send(command, &[]).unwrap();
+    ports.send(command, &[], &[]).unwrap();
 }
 
 fn in_process(options: &[&str]) -> Run {
@@ -172,7 +173,7 @@ fn a_long_payload_is_heard_where_the_scenario_allows_it() {
         let options = [&OPTIONS, plane, &["--set", "channel.payload_bytes_max=128"]].concat();
         let run = run_with(&options, |ports, tick, honest| {
             let long = saying(&[7; 128], honest);
-            ports.send(raw(tick, &long), &long.packet().encode()).unwrap();
+            ports.send(raw(tick, &long), &long.packet().encode(), &[0.0]).unwrap();
             Honesty::Never
         });
         assert_eq!(run.digest(), truth.digest());

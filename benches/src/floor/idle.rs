@@ -181,7 +181,7 @@ pub(crate) fn agent(args: &AgentArgs) -> anyhow::Result<()> {
                 hear(&mut ports, &mut percept)?;
                 let answer = stand_still(id, &percept);
                 let frame = answer.packet().encode();
-                ports.send(RawCommand::new(percept.tick, &answer, &frame, pid), &frame)?;
+                ports.send(RawCommand::new(percept.tick, &answer, &frame, pid), &frame, &[])?;
                 bell.answer();
             }
             Ring::Silence if arena.is_alive() => {}

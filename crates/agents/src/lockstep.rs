@@ -4,6 +4,7 @@ use std::{mem, thread, time::Duration};
 
 use profile::CycleTimes;
 use protocol::{
+    notes::Notes,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -198,6 +199,10 @@ impl Squad for Lockstep {
         self.members.take_incidents(incidents);
     }
 
+    fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.members.notes(robot)
+    }
+
     fn robot_statuses(&self) -> Vec<RobotStatus> {
         self.members.robot_statuses()
     }
@@ -244,6 +249,10 @@ impl Squad for Trial<'_> {
 
     fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
         self.squad.take_incidents(incidents);
+    }
+
+    fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.squad.notes(robot)
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

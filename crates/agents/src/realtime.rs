@@ -8,6 +8,7 @@ use std::{
 use profile::CycleTimes;
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -216,6 +217,10 @@ impl Squad for Realtime {
 
     fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
         self.members.take_incidents(incidents);
+    }
+
+    fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.members.notes(robot)
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

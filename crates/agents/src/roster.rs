@@ -12,6 +12,7 @@ use processes::{Process, State};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
@@ -98,6 +99,8 @@ pub(crate) struct Member {
     pub(crate) process: Option<Process>,
     pub(crate) state: AgentState,
     pub(crate) refused: u64,
+    /// What it notes for those who watch, with its last command.
+    notes: Notes,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -421,6 +424,12 @@ impl Roster {
                 (Ok(answer), _) => {
                     member.process = member.process.or_else(|| Process::find(raw.pid));
                     heard = Heard::Command(raw.tick, answer);
+                    if raw.notes_len > 0 {
+                        if raw.tick == BOOT_TICK {
+                            member.notes = note_names(&self.host.run, member.id);
+                        }
+                        member.notes.set(ports.notes());
+                    }
                     if let Some(recorder) = &mut self.recorder {
                         recorder.note(index, raw.tick, &answer.header(), &raw.times);
                     }
@@ -508,6 +517,10 @@ impl Roster {
             missed_deadlines: recorder.map(|recorder| recorder.missed_deadlines(index)),
         };
         self.members.iter().enumerate().map(status).collect()
+    }
+
+    pub(crate) fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.members.get(robot as usize).map(|member| &member.notes)
     }
 
     pub(crate) fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
@@ -644,6 +657,15 @@ fn driven_by_hand<'a>(members: &'a [Member], host: &'a HostConfig) -> impl Itera
     theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
 }
 
+/// Names of the notes of a life that has just told them; without any, its notes are not shown.
+fn note_names(run: &RunDir, id: RobotId) -> Notes {
+    let told = run.note_names(id).map_err(|error| error.to_string());
+    told.and_then(|names| Notes::named(names).map_err(|error| error.to_string())).unwrap_or_else(|error| {
+        tracing::warn!("the notes of {id} cannot be shown: {error}");
+        Notes::default()
+    })
+}
+
 /// Writes what every agent of the run is told.
 fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
     let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
@@ -679,7 +701,14 @@ impl Member {
         id: RobotId,
     ) -> Result<Self, SquadError> {
         let ports = Some(session.host(id, plane, payload_bytes_max).map_err(SquadError::new)?);
-        Ok(Self { id, ports, process: None, state: AgentState::expected(), refused: 0 })
+        Ok(Self {
+            id,
+            ports,
+            process: None,
+            state: AgentState::expected(),
+            refused: 0,
+            notes: Notes::default(),
+        })
     }
 
     fn is_expected(&self) -> bool {

@@ -468,6 +468,8 @@ impl Arena {
         percept.light = light;
         percept.bump = mem::take(&mut self.bumped[robot]);
         percept.odometry = self.odometers.as_ref().map(|odometers| odometers.reading(robot));
+        percept.compass = self.scenario.sensors.compass.then(|| pose.compass());
+        percept.position = self.scenario.sensors.position.then(|| pose.told());
         if self.scenario.arena.boundary_sensing {
             percept.walls = walls(&pose, size_m);
         }

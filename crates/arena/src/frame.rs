@@ -1,9 +1,15 @@
 //! The arena's frame: origin in the lower left corner, x along the lower wall, meters.
 //!
-//! These types exist in this crate alone: a robot cannot name a point of the arena.
+//! These types exist in this crate alone: a robot cannot name a point of the arena, but for its own position where a
+//! scenario grants it.
 
 use nalgebra::Vector2;
-use protocol::{frame::BodyVector, odometry::Motion, units::wrapped};
+use protocol::{
+    frame::BodyVector,
+    granted::{Compass, Position},
+    odometry::Motion,
+    units::{Meters, Radians, wrapped},
+};
 
 /// A point of the arena, meters.
 pub type ArenaPoint = Vector2<f64>;
@@ -33,6 +39,17 @@ impl Pose {
     /// This pose as a body at `other` sees it: the motion that leads here from there.
     pub fn seen_from(&self, other: &Self) -> Motion {
         Motion { displacement: other.sees(self.position), turn: wrapped(self.heading - other.heading) }
+    }
+
+    /// Returns what a compass reads here.
+    pub fn compass(&self) -> Compass {
+        Compass { heading: Radians::new(self.heading).expect("poses are finite") }
+    }
+
+    /// Returns the position as a robot that is told reads it.
+    pub fn told(&self) -> Position {
+        let [x, y] = [self.position.x, self.position.y].map(|at| Meters::new(at).expect("poses are finite"));
+        Position { x, y }
     }
 
     /// A vector of this body in the arena's axes.

@@ -4,6 +4,7 @@
 use protocol::{
     command::Answer,
     controller::{Controller, Hosted},
+    notes::Notes,
     payload::PayloadOverLimit,
     percept::{Percept, Tick},
     robot_id::RobotId,
@@ -32,6 +33,8 @@ struct Life<C> {
     answer: Option<Answer>,
     /// Commands that were refused, in all its lives.
     refused: u64,
+    /// What it notes for those who watch.
+    notes: Notes,
 }
 
 impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
@@ -46,7 +49,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
 impl<C: Controller> Life<C> {
     fn new(id: RobotId, controller: C, refused: u64) -> Self {
         let controller = Some(Hosted::new(id, controller));
-        Self { id, controller, paused: false, answer: None, refused }
+        Self { id, controller, paused: false, answer: None, refused, notes: Notes::default() }
     }
 
     /// Has it do something, and answer.
@@ -63,6 +66,22 @@ impl<C: Controller> Life<C> {
         }
     }
 
+    fn boot(&mut self, limit: usize) -> Result<(), SquadError> {
+        self.act(limit, Hosted::boot);
+        if let Some(hosted) = &self.controller {
+            self.notes =
+                Notes::of(&hosted.controller).map_err(|error| SquadError(format!("{}: {error}", self.id)))?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, percept: &Percept, limit: usize) {
+        self.act(limit, |hosted| hosted.step(percept, &mut ()));
+        if let Some(hosted) = &self.controller {
+            self.notes.update(&hosted.controller);
+        }
+    }
+
     fn index(&self) -> usize {
         self.id.index as usize
     }
@@ -75,7 +94,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
         _: &StopFlag,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        self.robots.iter_mut().for_each(|life| life.act(self.payload_bytes_max, Hosted::boot));
+        self.robots.iter_mut().try_for_each(|life| life.boot(self.payload_bytes_max))?;
         self.collect(answers, waiting)
     }
 
@@ -96,7 +115,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 ProcessAction::Restart => {
                     let id = life.id.reborn();
                     *life = Life::new(id, (self.new)(id), life.refused);
-                    life.act(self.payload_bytes_max, Hosted::boot);
+                    life.boot(self.payload_bytes_max)?;
                     *answer = life.answer;
                 }
             }
@@ -106,8 +125,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
 
     fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
         for life in &mut self.robots {
-            let percept = &percepts[life.index()];
-            life.act(self.payload_bytes_max, |controller| controller.step(percept, &mut ()));
+            life.step(&percepts[life.index()], self.payload_bytes_max);
         }
         Ok(())
     }
@@ -117,6 +135,10 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
             answers[life.index()] = life.answer;
         }
         Ok(())
+    }
+
+    fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.robots.iter().find(|life| life.id.index == robot).map(|life| &life.notes)
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {
@@ -269,6 +291,10 @@ mod tests {
             self.0 += 1;
             Command { payload: Payload::try_from(&[7; 128][..self.0]).unwrap(), ..Command::REST }
         }
+
+        fn notes(&self, note: &mut dyn FnMut(&str, f64)) {
+            note("bytes said", self.0 as f64);
+        }
     }
 
     #[test]
@@ -280,6 +306,8 @@ mod tests {
             squad.collect(&mut answers, &mut |_| ()).unwrap();
             let said = answers[0].map(|answer| answer.command.payload.len());
             assert_eq!(said, Some(tick as usize + 1).filter(|&len| len <= 3));
+            let notes = squad.notes(0).unwrap();
+            assert_eq!((&notes.names()[0][..], notes.values()), ("bytes said", &[tick as f64 + 1.0][..]));
         }
         assert_eq!(squad.robot_statuses()[0].refused, 2);
     }

@@ -12,6 +12,7 @@ use arena::{
 use profile::CycleTimes;
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
     setup::Mode,
 };
@@ -183,6 +184,11 @@ impl TickView<'_> {
     /// Returns the status of every robot's agent, by index.
     pub fn robots(&self) -> Vec<RobotStatus> {
         self.squad.robot_statuses()
+    }
+
+    /// Returns what a robot notes for those who watch, with its last answer; `None` if there is no such robot.
+    pub fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.squad.notes(robot)
     }
 
     /// Whether the fault plan has paused a robot.

@@ -333,6 +333,7 @@ impl Run<'_, '_> {
             contacts_coarse: self.arena.contacts_coarse(),
             commands_refused: self.squad.robot_statuses().iter().map(|robot| robot.refused).sum(),
             delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
+            granted: self.scenario.granted(),
             faults: self
                 .arena
                 .ledger()

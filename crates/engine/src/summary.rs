@@ -8,7 +8,7 @@ use arena::{
 use hdrhistogram::Histogram;
 use profile::Totals;
 use protocol::{percept::Tick, setup::Mode};
-use scenario::Scenario;
+use scenario::{Scenario, Sensor};
 use serde::{Deserialize, Serialize};
 use squad::Incident;
 
@@ -127,6 +127,8 @@ pub struct Summary {
     pub seed: u64,
     /// Number of robots at the start.
     pub robots: u32,
+    /// What they are granted to sense, beside packets.
+    pub granted: Vec<Sensor>,
     /// `processes` or `in-process`.
     pub engine: String,
     /// How time passed.

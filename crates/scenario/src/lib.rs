@@ -56,7 +56,7 @@ pub use process_fault::{ProcessAction, ProcessFault};
 pub use robot_set::{Link, LinkError, RobotSet, RobotSetError};
 pub use robots::{Drive, RobotsSpec};
 pub use schema::schema_json;
-pub use sensors::{OdometrySpec, SensorsSpec};
+pub use sensors::{OdometrySpec, Sensor, SensorsSpec};
 pub use steps::{Rounded, Roundings, STEPS_MAX};
 
 use document::Document;
@@ -177,6 +177,20 @@ impl Scenario {
     /// The lamps, in the order of the file.
     pub fn lamps(&self) -> &[LampSpec] {
         &self.field.lamp
+    }
+
+    /// Returns what robots are granted to sense, beside the packets that they hear.
+    pub fn granted(&self) -> Vec<Sensor> {
+        let sensors = [
+            (Sensor::Light, true),
+            (Sensor::Bump, true),
+            (Sensor::Walls, self.arena.boundary_sensing),
+            (Sensor::Odometry, self.sensors.odometry.is_some()),
+            (Sensor::Compass, self.sensors.compass),
+            (Sensor::Position, self.sensors.position),
+            (Sensor::Field, self.controller.law == protocol::setup::Law::Exact),
+        ];
+        sensors.into_iter().filter(|(_, granted)| *granted).map(|(sensor, _)| sensor).collect()
     }
 
     /// Returns the setup of each agent before its first tick: the same for all, and silent about how many there are.

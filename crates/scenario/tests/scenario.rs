@@ -98,6 +98,8 @@ mod reading {
             [sensors]
             odometry = false
             odometry_error = 0.0
+            compass = false
+            position = false
 
             [controller]
             law = "linear"

@@ -3,7 +3,10 @@
 use std::time::Instant;
 
 use profile::CycleTimes;
-use protocol::percept::{Percept, Tick};
+use protocol::{
+    notes::Notes,
+    percept::{Percept, Tick},
+};
 use scenario::ProcessFault;
 
 use crate::{Answers, Incident, RobotStatus, Squad, SquadError, WaitingSink, stop::StopFlag};
@@ -77,6 +80,10 @@ impl Squad for Composite<'_> {
 
     fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
         self.parts.iter_mut().for_each(|part| part.take_incidents(incidents));
+    }
+
+    fn notes(&self, robot: u32) -> Option<&Notes> {
+        self.parts.iter().find_map(|part| part.notes(robot))
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

@@ -17,6 +17,7 @@ use std::{thread, time::Instant};
 use profile::CycleTimes;
 use protocol::{
     command::Answer,
+    notes::Notes,
     percept::{Percept, Tick},
 };
 use scenario::ProcessFault;
@@ -109,6 +110,9 @@ pub trait Squad {
     fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
         let _ = incidents;
     }
+
+    /// Returns what a robot notes for those who watch, with its last answer; `None` of others' robots.
+    fn notes(&self, robot: u32) -> Option<&Notes>;
 
     /// Returns the status of each of its robots, by index.
     fn robot_statuses(&self) -> Vec<RobotStatus>;

@@ -13,6 +13,8 @@ use crate::clock::Stamp;
 use protocol::{
     command::{Answer, Command},
     frame::BodyVector,
+    granted::{Compass, Position},
+    notes::NOTES_MAX,
     odometry::Odometry,
     packet::{FRAME_BYTES_MAX, PacketError, PacketView, frame_bytes},
     payload::{Payload, PayloadOverLimit, SHORT_PAYLOAD_BYTES},
@@ -138,9 +140,13 @@ pub struct RawHead {
     /// 0 none, 1 gradient, 2 bearing.
     pub stimulus_kind: u32,
     /// 1 if the bump skirt was pressed.
-    pub bump: u16,
+    pub bump: u8,
     /// 1 if there is odometry, 0 if not.
-    pub has_odometry: u16,
+    pub has_odometry: u8,
+    /// 1 if there is a compass, 0 if not.
+    pub has_compass: u8,
+    /// 1 if there is a position, 0 if not.
+    pub has_position: u8,
     /// Walls in use.
     pub walls_len: u32,
     /// Field components in use.
@@ -151,8 +157,14 @@ pub struct RawHead {
     pub odometry_y_m: f64,
     /// Odometry: heading, body frame of the beginning; 0 if there is none.
     pub odometry_heading_rad: f64,
+    /// Compass: heading, arena frame; 0 if there is none.
+    pub compass_heading_rad: f64,
+    /// Position, arena frame; 0 if there is none.
+    pub position_x_m: f64,
+    /// Position, arena frame; 0 if there is none.
+    pub position_y_m: f64,
 }
-const _: () = assert!(size_of::<RawHead>() == 72);
+const _: () = assert!(size_of::<RawHead>() == 96);
 
 /// All walls there may be; the head says how many there are.
 pub type RawWalls = [RawWall; WALLS_MAX];
@@ -170,7 +182,7 @@ pub struct RawPercept {
     /// The true field.
     pub field: RawField,
 }
-const _: () = assert!(size_of::<RawPercept>() == 72 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
+const _: () = assert!(size_of::<RawPercept>() == 96 + 16 * WALLS_MAX + 40 * COMPONENTS_MAX);
 
 /// When an agent did what in the cycle that ends with a command, by the [`Clock`](crate::clock::Clock) of the
 /// machine. Nobody depends on these numbers: they are for who looks at the run.
@@ -224,11 +236,25 @@ pub struct RawCommand {
     /// The agent's process, for messages about it; 0 if it has no number where the arena is.
     pub pid: u32,
     /// 1 if there is an estimated error, 0 if not.
-    pub has_error: u32,
+    pub has_error: u16,
+    /// How many notes go with it.
+    pub notes_len: u16,
     /// How long it took.
     pub times: RawTimes,
 }
 const _: () = assert!(size_of::<RawCommand>() == 128);
+
+/// All notes there may be; the command says how many there are.
+pub type RawNotes = [f64; NOTES_MAX];
+
+/// What goes with a command that does not lie in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Beside {
+    /// The frame, if it is long.
+    pub(crate) frame: RawLongFrame,
+    /// Notes, as many as the command says.
+    pub(crate) notes: RawNotes,
+}
 
 /// Why a command is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -263,7 +289,10 @@ pub enum CommandError {
     },
     /// It neither has an estimated error nor has none.
     #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
-    Flag(u32),
+    Flag(u16),
+    /// More notes than there may be.
+    #[error("it has {0} notes, at most {NOTES_MAX} are known")]
+    Notes(u16),
     /// Its packet says more than the scenario allows.
     #[error(transparent)]
     Payload(#[from] PayloadOverLimit),
@@ -364,6 +393,7 @@ impl RawCommand {
             frame: RawFrame::of(frame),
             pid,
             has_error: command.estimated_error.is_some().into(),
+            notes_len: 0,
             times: RawTimes::default(),
         }
     }
@@ -398,6 +428,9 @@ impl RawCommand {
             unknown => return Err(CommandError::Flag(unknown)),
         };
         let velocity = vector("velocity", self.velocity_x_m_per_s, self.velocity_y_m_per_s)?;
+        if usize::from(self.notes_len) > NOTES_MAX {
+            return Err(CommandError::Notes(self.notes_len));
+        }
         let length = usize::from(self.frame.len).saturating_sub(frame_bytes(0));
         if length > limit {
             return Err(PayloadOverLimit { length, limit }.into());
@@ -452,6 +485,7 @@ impl RawHead {
             Stimulus::Bearing(bearing) => (2, bearing.get(), 0.0),
         };
         let odometry = percept.odometry.unwrap_or_default();
+        let position = percept.position.map_or([0.0; 2], |position| [position.x.get(), position.y.get()]);
         Self {
             tick: percept.tick,
             light: percept.light.value,
@@ -465,6 +499,11 @@ impl RawHead {
             odometry_x_m: odometry.position.0.x,
             odometry_y_m: odometry.position.0.y,
             odometry_heading_rad: odometry.heading.get(),
+            has_compass: percept.compass.is_some().into(),
+            compass_heading_rad: percept.compass.map_or(0.0, |compass| compass.heading.get()),
+            has_position: percept.position.is_some().into(),
+            position_x_m: position[0],
+            position_y_m: position[1],
         }
     }
 
@@ -484,7 +523,7 @@ impl RawHead {
         let walls = &walls[..in_range("number of walls", self.walls_len, WALLS_MAX)?];
         let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
         let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
-        let odometry = self.odometry()?;
+        let (odometry, compass, position) = (self.odometry()?, self.compass()?, self.position()?);
         walls.iter().try_for_each(|wall| wall.check().map(drop))?;
         field.iter().try_for_each(|component| component.check().map(drop))?;
         // Nothing is written before everything is known to be good. Lists are filled in their place: they have
@@ -492,7 +531,7 @@ impl RawHead {
         percept.tick = self.tick;
         percept.bump = self.bump != 0;
         percept.light = light;
-        percept.odometry = odometry;
+        (percept.odometry, percept.compass, percept.position) = (odometry, compass, position);
         percept.walls.clear();
         percept.walls.extend(walls.iter().flat_map(RawWall::check));
         percept.field.clear();
@@ -514,17 +553,30 @@ impl RawHead {
     }
 
     fn odometry(&self) -> Result<Option<Odometry>, PerceptError> {
-        match self.has_odometry {
-            0 => Ok(None),
-            1 => Ok(Some(Odometry {
+        granted("flag for odometry", self.has_odometry, || {
+            Ok(Odometry {
                 position: BodyVector::new(
                     reasonable("odometry x", self.odometry_x_m)?,
                     reasonable("odometry y", self.odometry_y_m)?,
                 ),
                 heading: reasonable("odometry heading", self.odometry_heading_rad)?.try_into()?,
-            })),
-            value => Err(PerceptError::OutOfRange { what: "flag for odometry", value: value.into(), max: 1 }),
-        }
+            })
+        })
+    }
+
+    fn compass(&self) -> Result<Option<Compass>, PerceptError> {
+        granted("flag for a compass", self.has_compass, || {
+            Ok(Compass { heading: reasonable("heading", self.compass_heading_rad)?.try_into()? })
+        })
+    }
+
+    fn position(&self) -> Result<Option<Position>, PerceptError> {
+        granted("flag for a position", self.has_position, || {
+            Ok(Position {
+                x: reasonable("position x", self.position_x_m)?.try_into()?,
+                y: reasonable("position y", self.position_y_m)?.try_into()?,
+            })
+        })
     }
 }
 
@@ -590,6 +642,19 @@ impl RawComponent {
             2 => Ok(FieldComponent::Lamp { position: at, peak: a, half_distance_m: b }),
             value => Err(PerceptError::OutOfRange { what: "component kind", value, max: 2 }),
         }
+    }
+}
+
+/// The reading if `flag` says that there is one.
+fn granted<T>(
+    what: &'static str,
+    flag: u8,
+    reading: impl FnOnce() -> Result<T, PerceptError>,
+) -> Result<Option<T>, PerceptError> {
+    match flag {
+        0 => Ok(None),
+        1 => reading().map(Some),
+        value => Err(PerceptError::OutOfRange { what, value: value.into(), max: 1 }),
     }
 }
 
@@ -673,6 +738,11 @@ mod tests {
     }
 
     #[test]
+    fn more_notes_than_there_may_be_are_refused() {
+        assert_eq!(refusal(RawCommand { notes_len: 17, ..raw() }), "it has 17 notes, at most 16 are known");
+    }
+
+    #[test]
     fn a_stale_tick_is_refused() {
         assert_eq!(
             refusal(RawCommand { tick: 11, ..raw() }),
@@ -726,6 +796,8 @@ mod tests {
         percept.bump = true;
         let heading = Radians::new(-3.0).unwrap();
         percept.odometry = Some(Odometry { position: BodyVector::new(-0.25, 7.0), heading });
+        percept.compass = Some(Compass { heading });
+        percept.position = Some(Position { x: Meters::new(3.0).unwrap(), y: Meters::new(-0.0).unwrap() });
         for payload in [&[][..], &[1; 4], &[2; 9], &[3; 10], &[4; 128]] {
             let packet = percept.packet(&answer(payload).packet());
             percept.deliveries.push(Delivery {
@@ -788,7 +860,7 @@ mod tests {
     }
 
     #[test]
-    fn odometry_that_is_no_place_or_neither_there_nor_not_is_refused() {
+    fn a_reading_that_is_no_place_or_neither_there_nor_not_is_refused() {
         let good = RawPercept::new(&percept()).head;
         let heads = [
             RawHead { odometry_x_m: f64::INFINITY, ..good },
@@ -797,6 +869,11 @@ mod tests {
             RawHead { odometry_y_m: -1e308, ..good },
             RawHead { odometry_heading_rad: 1e308, ..good },
             RawHead { has_odometry: 2, ..good },
+            RawHead { compass_heading_rad: f64::NAN, ..good },
+            RawHead { has_compass: 2, ..good },
+            RawHead { position_x_m: f64::NAN, ..good },
+            RawHead { position_y_m: f64::INFINITY, ..good },
+            RawHead { has_position: 255, ..good },
         ];
         for head in heads {
             let (refused, received) = read(&RawPercept { head, ..RawPercept::new(&percept()) }, &[]);
@@ -814,9 +891,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u32, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u16, notes_len: u16, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
             let frame = RawFrame { len, bytes };
-            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, frame, ..RawCommand::default() };
+            let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, notes_len, frame, ..RawCommand::default() };
             let _ = raw.check(&long, 128, ROBOT, 12);
         }
     }

@@ -9,6 +9,7 @@
 //! live        a socket that tells how the run goes, for its owner alone
 //! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
 //! over-ROBOT-LIFE   this life is over; for them
+//! notes-ROBOT-LIFE  names of the notes of this life, if it has any
 //! iox2/       iceoryx2's service and node files
 //! ```
 //!
@@ -358,6 +359,20 @@ impl RunDir {
         self.path().join("by-hand")
     }
 
+    /// An agent tells the names of its notes, before its first command.
+    pub fn tell_note_names(&self, id: RobotId, names: &[String]) -> io::Result<()> {
+        fs::write(self.note_names_path(id), codec::encode(&names))
+    }
+
+    /// Reads the names of a robot's notes.
+    pub fn note_names(&self, id: RobotId) -> io::Result<Vec<String>> {
+        codec::decode(&fs::read(self.note_names_path(id))?).map_err(io::Error::other)
+    }
+
+    fn note_names_path(&self, id: RobotId) -> PathBuf {
+        self.path().join(format!("notes-{}-{}", id.index, id.incarnation))
+    }
+
     /// The arena says that a life is over that nobody ends: its agent may be asleep until the next
     /// round, which may wait for its successor.
     pub fn end_life(&self, id: RobotId) -> io::Result<()> {
@@ -452,6 +467,19 @@ mod tests {
         assert!(!watch.is_alive(), "a watch is bound to its arena, not to the name");
         dir.remove_own(owner).unwrap();
         assert!(!dir.path().exists());
+    }
+
+    #[test]
+    fn names_of_notes_are_read_as_they_were_told_by_each_life() {
+        let (dir, owner) = RunDir::create(name("notes")).unwrap();
+        let id = RobotId::first(3);
+        let names = ["goal".to_string(), "distance, m".to_string()];
+        dir.tell_note_names(id, &names).unwrap();
+        assert_eq!(dir.note_names(id).unwrap(), names);
+        assert!(dir.note_names(id.reborn()).is_err());
+        fs::write(dir.note_names_path(id), b"garbled").unwrap();
+        assert!(dir.note_names(id).is_err());
+        dir.remove_own(owner).unwrap();
     }
 
     #[test]

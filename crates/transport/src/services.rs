@@ -24,12 +24,13 @@ use iceoryx2::{
 
 use crate::{
     frame_cache::Frames,
-    raw::{CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame},
+    raw::{Beside, CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery},
     run_dir::RunDir,
     shared_memory::explained,
 };
 use protocol::{
     command::Answer,
+    notes::NOTES_MAX,
     payload::SHORT_PAYLOAD_BYTES,
     percept::{Percept, Tick},
     robot_id::RobotId,
@@ -87,8 +88,9 @@ pub struct Session {
 pub struct ArenaPorts {
     ends: ArenaEnds,
     payload_bytes_max: usize,
-    /// The frame of the command that was received last, if it was long.
-    long: RawLongFrame,
+    /// What came with the command that was received last.
+    beside: Beside,
+    notes_len: usize,
 }
 
 #[derive(Debug)]
@@ -144,7 +146,7 @@ impl Session {
             }
             Plane::PublishSubscribe => ArenaEnds::Queues(Queues::host(&self.node, robot)?),
         };
-        Ok(ArenaPorts { ends, payload_bytes_max, long: RawLongFrame::default() })
+        Ok(ArenaPorts { ends, payload_bytes_max, beside: Beside::default(), notes_len: 0 })
     }
 
     /// An agent takes its place as `robot`, with what the arena has made its services with.
@@ -188,12 +190,19 @@ impl ArenaPorts {
 
     /// The next unread command, as it came.
     pub fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
-        let long = &mut self.long;
-        match &mut self.ends {
-            ArenaEnds::Blackboard(ports) => Ok(ports.receive(long)),
-            ArenaEnds::Queues(ports) => ports.receive(long),
-            ArenaEnds::LongQueues(ports) => ports.receive(long),
-        }
+        let beside = &mut self.beside;
+        let received = match &mut self.ends {
+            ArenaEnds::Blackboard(ports) => ports.receive(beside),
+            ArenaEnds::Queues(ports) => ports.receive(beside)?,
+            ArenaEnds::LongQueues(ports) => ports.receive(beside)?,
+        };
+        self.notes_len = received.map_or(0, |command| usize::from(command.notes_len).min(NOTES_MAX));
+        Ok(received)
+    }
+
+    /// The notes that came with the command that was received last.
+    pub fn notes(&self) -> &[f64] {
+        &self.beside.notes[..self.notes_len]
     }
 
     /// Checks the command that was received last: whether it is of life `expected`, and answers `tick`. The frame of its
@@ -205,8 +214,8 @@ impl ArenaPorts {
         tick: Tick,
         frames: &mut Frames,
     ) -> Result<Answer, CommandError> {
-        let answer = command.check(&self.long.0, self.payload_bytes_max, expected, tick)?;
-        frames.keep(&answer.packet(), command.frame.whole(&self.long.0)?);
+        let answer = command.check(&self.beside.frame.0, self.payload_bytes_max, expected, tick)?;
+        frames.keep(&answer.packet(), command.frame.whole(&self.beside.frame.0)?);
         Ok(answer)
     }
 
@@ -288,15 +297,16 @@ impl AgentPorts {
         }
     }
 
-    /// Sends a command, whose packet is in `frame`.
-    pub fn send(&mut self, command: RawCommand, frame: &[u8]) -> Result<(), ServiceError> {
+    /// Sends a command, whose packet is in `frame`, with up to [`NOTES_MAX`] notes.
+    pub fn send(&mut self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
+        let command = RawCommand { notes_len: notes.len() as u16, ..command };
         match &mut self.0 {
             AgentEnds::Blackboard(ports) => {
-                ports.send(command, frame);
+                ports.send(command, frame, notes);
                 Ok(())
             }
-            AgentEnds::Queues(ports) => ports.send(command, frame),
-            AgentEnds::LongQueues(ports) => ports.send(command, frame),
+            AgentEnds::Queues(ports) => ports.send(command, frame, notes),
+            AgentEnds::LongQueues(ports) => ports.send(command, frame, notes),
         }
     }
 }
@@ -356,9 +366,15 @@ mod tests {
         Answer { sender: RobotId::first(0), sequence, command }
     }
 
+    /// Sends it with as many notes as its number says, up to all there may be.
     fn send(agent: &mut AgentPorts, tick: Tick, answer: &Answer) {
         let frame = answer.packet().encode();
-        agent.send(RawCommand::new(tick, answer, &frame, 1), &frame).unwrap();
+        agent.send(RawCommand::new(tick, answer, &frame, 1), &frame, &notes(answer.sequence)).unwrap();
+    }
+
+    fn notes(sequence: u32) -> Vec<f64> {
+        let count = [3, 0, 16, 1][sequence as usize % 4];
+        (0..count).map(|at| f64::from(sequence + at) - 0.5).collect()
     }
 
     /// One with so much of everything, and payloads up to `limit`.
@@ -407,6 +423,7 @@ mod tests {
                 send(&mut agent, tick, &answer);
                 let command = host.receive().unwrap().unwrap();
                 assert_eq!(host.check(&command, robot, tick, &mut frames), Ok(answer), "{plane:?}");
+                assert_eq!(host.notes(), notes(tick as u32), "{plane:?}");
                 assert_eq!(host.receive(), Ok(None), "{plane:?}: it is read once");
             }
             drop((host, agent, arena));

@@ -19,15 +19,19 @@ pub(crate) struct SensorsKeys {
     /// it; at most 1.
     #[schemars(range(max = 1.0))]
     pub(crate) odometry_error: NonNegative,
+    /// Whether robots know their heading in the arena; default `false`. The paper's controller does not go by it.
+    pub(crate) compass: bool,
+    /// Whether robots know their position in the arena; default `false`. The paper's controller does not go by it.
+    pub(crate) position: bool,
 }
 
 impl SensorsKeys {
     /// The sensors of robots that move like this.
     pub(crate) fn resolve(self, drive: Drive) -> Result<SensorsSpec, Problem> {
-        let error = self.odometry_error;
+        let Self { odometry_error: error, compass, position, .. } = self;
         match self.odometry.unwrap_or(drive == Drive::Differential) {
-            true => Ok(SensorsSpec { odometry: Some(OdometrySpec { error }) }),
-            false if error == NO_ERROR => Ok(SensorsSpec { odometry: None }),
+            true => Ok(SensorsSpec { odometry: Some(OdometrySpec { error }), compass, position }),
+            false if error == NO_ERROR => Ok(SensorsSpec { odometry: None, compass, position }),
             false => {
                 let path = "sensors.odometry_error";
                 Err(problem(&[path], format!("{path} has no meaning without odometry"))
@@ -38,10 +42,12 @@ impl SensorsKeys {
 }
 
 impl From<SensorsSpec> for SensorsKeys {
-    fn from(SensorsSpec { odometry }: SensorsSpec) -> Self {
+    fn from(SensorsSpec { odometry, compass, position }: SensorsSpec) -> Self {
         Self {
             odometry: Some(odometry.is_some()),
             odometry_error: odometry.map_or(NO_ERROR, |odometry| odometry.error),
+            compass,
+            position,
         }
     }
 }
@@ -50,6 +56,6 @@ const NO_ERROR: NonNegative = constant!(NonNegative, 0.0);
 
 impl Default for SensorsKeys {
     fn default() -> Self {
-        Self { odometry: None, odometry_error: NO_ERROR }
+        Self { odometry: None, odometry_error: NO_ERROR, compass: false, position: false }
     }
 }

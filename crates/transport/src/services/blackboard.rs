@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bin/<robot>/<incarnation>   arena -> agent   BoardHead, RawWalls, RawField, blocks of deliveries, of long frames
-//! up/<robot>/<incarnation>    agent -> arena   RawCommand, a long frame
+//! up/<robot>/<incarnation>    agent -> arena   RawCommand, a long frame, notes
 //! ```
 //!
 //! A blackboard's values are read and written whole, each by itself. So a percept is spread over several keys,
@@ -28,8 +28,8 @@ use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, ser
 use crate::{
     frame_cache::Frames,
     raw::{
-        PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawWalls, add_deliveries,
-        raw_field, raw_walls,
+        Beside, PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawNotes, RawWalls,
+        add_deliveries, raw_field, raw_walls,
     },
 };
 use protocol::{
@@ -51,6 +51,7 @@ type Key = u64;
 const COMMAND: Key = 0;
 /// Only where payloads may be long.
 const LONG_FRAME: Key = 1;
+const NOTES: Key = 2;
 const HEAD: Key = 0;
 const WALLS: Key = 1;
 const FIELD: Key = 2;
@@ -79,6 +80,13 @@ struct Part<T: ZeroCopySend> {
     value: T,
 }
 
+impl<T: ZeroCopySend + Copy> Part<T> {
+    /// The value if it belongs to `number`.
+    fn of(&self, number: u64) -> Option<T> {
+        (self.number == number).then_some(self.value)
+    }
+}
+
 type Block = [RawDelivery; BLOCK];
 /// Frames of a block's deliveries, as far as they are long.
 type LongBlock = [RawLongFrame; BLOCK];
@@ -100,6 +108,7 @@ pub(super) struct ArenaPorts {
     sent: u64,
     command: Latest<RawCommand>,
     long_frame: Option<Read<Part<RawLongFrame>>>,
+    notes: Read<Part<RawNotes>>,
     services: Services,
 }
 
@@ -113,6 +122,7 @@ pub(super) struct AgentPorts {
     long_blocks: Vec<Read<Part<LongBlock>>>,
     command: Written<RawCommand>,
     long_frame: Option<Written<Part<RawLongFrame>>>,
+    notes: Written<Part<RawNotes>>,
 }
 
 // The services exist as long as somebody holds them; the arena opens them before the agent comes.
@@ -165,7 +175,8 @@ impl ArenaPorts {
             .add_with_default::<BoardHead>(HEAD)
             .add_with_default::<Part<RawWalls>>(WALLS)
             .add_with_default::<Part<RawField>>(FIELD);
-        let mut up = creator("up").add_with_default::<RawCommand>(COMMAND);
+        let mut up =
+            creator("up").add_with_default::<RawCommand>(COMMAND).add_with_default::<Part<RawNotes>>(NOTES);
         for key in block_keys(DELIVERIES, 1) {
             bin = bin.add_with_default::<Part<Block>>(key);
         }
@@ -192,6 +203,7 @@ impl ArenaPorts {
             sent: 0,
             command: Latest::of(read(&reader, COMMAND)?),
             long_frame: is_long.then(|| read(&reader, LONG_FRAME)).transpose()?,
+            notes: read(&reader, NOTES)?,
             services,
         })
     }
@@ -219,15 +231,15 @@ impl ArenaPorts {
         self.head.update_with_copy(BoardHead { head: RawHead::new(percept), number, deliveries_len, first });
     }
 
-    /// Returns the next unread command; its frame is in `long` if it is long.
-    pub(super) fn receive(&mut self, long: &mut RawLongFrame) -> Option<RawCommand> {
+    /// Returns the next unread command; what does not lie in it is in `beside`.
+    pub(super) fn receive(&mut self, beside: &mut Beside) -> Option<RawCommand> {
         let command = *self.command.get_new()?;
+        let number: u64 = command.frame.sequence().into();
         if let Some(part) = self.long_frame.as_ref().filter(|_| command.frame.is_long()) {
-            let part = part.get();
-            if part.number != command.frame.sequence().into() {
-                return None;
-            }
-            *long = part.value;
+            beside.frame = part.get().of(number)?;
+        }
+        if command.notes_len > 0 {
+            beside.notes = self.notes.get().of(number)?;
         }
         Some(command)
     }
@@ -276,6 +288,7 @@ impl AgentPorts {
             long_blocks: long_keys.map(|key| read(&reader, key)).collect::<Result<_, _>>()?,
             command: written(&writer, COMMAND)?,
             long_frame: is_long.then(|| written(&writer, LONG_FRAME)).transpose()?,
+            notes: written(&writer, NOTES)?,
         })
     }
 
@@ -315,10 +328,15 @@ impl AgentPorts {
         Some(Ok(refused + left as u32))
     }
 
-    pub(super) fn send(&self, command: RawCommand, frame: &[u8]) {
+    pub(super) fn send(&self, command: RawCommand, frame: &[u8], notes: &[f64]) {
+        let number = command.frame.sequence().into();
         if let Some(part) = self.long_frame.as_ref().filter(|_| command.frame.is_long()) {
-            let number = command.frame.sequence().into();
             part.update_with_copy(Part { number, value: RawLongFrame::of(frame) });
+        }
+        if command.notes_len > 0 {
+            let mut value = RawNotes::default();
+            value[..notes.len()].copy_from_slice(notes);
+            self.notes.update_with_copy(Part { number, value });
         }
         self.command.update_with_copy(command);
     }

@@ -3,11 +3,12 @@
 //! ```text
 //! inbox/<robot>/<incarnation>    arena -> agent   slice of RawDelivery (RawLongDelivery where payloads may be long),
 //!                                                 header RawPercept
-//! uplink/<robot>/<incarnation>   agent -> arena   bytes of a long frame, header RawCommand
+//! uplink/<robot>/<incarnation>   agent -> arena   bytes of a long frame, then of notes, header RawCommand
 //! ```
 
 use std::{collections::BTreeSet, fmt};
 
+use arrayvec::ArrayVec;
 use iceoryx2::{
     node::Node,
     port::{publisher::Publisher, subscriber::Subscriber},
@@ -21,7 +22,10 @@ use iceoryx2::{
 use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
 use crate::{
     frame_cache::{Frames, KeptFrame},
-    raw::{PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame, RawPercept, add_deliveries},
+    raw::{
+        Beside, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame, RawNotes, RawPercept,
+        add_deliveries,
+    },
 };
 use protocol::{
     packet::FRAME_BYTES_MAX,
@@ -61,6 +65,9 @@ impl InInbox for RawLongDelivery {
         (&self.delivery, &self.frame.0)
     }
 }
+
+/// Most bytes that go with a command: a long frame, and notes.
+const BESIDE_BYTES_MAX: usize = FRAME_BYTES_MAX + size_of::<RawNotes>();
 
 /// The arena's ends.
 #[derive(Debug)]
@@ -120,13 +127,18 @@ impl<D: InInbox> ArenaPorts<D> {
         sample.send().map(drop).map_err(|error| doing()(&error))
     }
 
-    /// Returns the next unread command; its frame is in `long` if it is long.
-    pub(super) fn receive(&self, long: &mut RawLongFrame) -> Result<Option<RawCommand>, ServiceError> {
+    /// Returns the next unread command; what does not lie in it is in `beside`.
+    pub(super) fn receive(&self, beside: &mut Beside) -> Result<Option<RawCommand>, ServiceError> {
         let sample = self.uplink.receive().map_err(|error| failed("receive a command")(&error))?;
         Ok(sample.map(|sample| {
-            let (command, frame) = (*sample.user_header(), sample.payload());
-            if command.frame.is_long() {
-                *long = RawLongFrame::of(&frame[..frame.len().min(FRAME_BYTES_MAX)]);
+            let (command, bytes) = (*sample.user_header(), sample.payload());
+            let frame_len = if command.frame.is_long() { usize::from(command.frame.len) } else { 0 };
+            let (frame, notes) = bytes.split_at(frame_len.min(bytes.len()).min(FRAME_BYTES_MAX));
+            if !frame.is_empty() {
+                beside.frame = RawLongFrame::of(frame);
+            }
+            for (note, bytes) in beside.notes.iter_mut().zip(notes.as_chunks().0) {
+                *note = f64::from_le_bytes(*bytes);
             }
             command
         }))
@@ -166,7 +178,7 @@ impl<D: InInbox> AgentPorts<D> {
         let uplink = services
             .uplink
             .publisher_builder()
-            .initial_max_slice_len(FRAME_BYTES_MAX)
+            .initial_max_slice_len(BESIDE_BYTES_MAX)
             .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(1)
             .create()
@@ -186,12 +198,14 @@ impl<D: InInbox> AgentPorts<D> {
         }))
     }
 
-    pub(super) fn send(&self, command: RawCommand, frame: &[u8]) -> Result<(), ServiceError> {
+    pub(super) fn send(&self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
         let doing = || failed("send a command");
-        let frame = if command.frame.is_long() { frame } else { &[] };
-        let mut sample = self.uplink.loan_slice_uninit(frame.len()).map_err(|error| doing()(&error))?;
+        let mut bytes = ArrayVec::<u8, BESIDE_BYTES_MAX>::new();
+        bytes.extend(frame.iter().copied().filter(|_| command.frame.is_long()));
+        bytes.extend(notes.iter().flat_map(|note| note.to_le_bytes()));
+        let mut sample = self.uplink.loan_slice_uninit(bytes.len()).map_err(|error| doing()(&error))?;
         *sample.user_header_mut() = command;
-        match sample.write_from_slice(frame).send().map_err(|error| doing()(&error))? {
+        match sample.write_from_slice(&bytes).send().map_err(|error| doing()(&error))? {
             0 => Err(ServiceError::Transport {
                 doing: "send a command".to_string(),
                 reason: "the arena does not listen".to_string(),
