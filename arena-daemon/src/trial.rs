@@ -192,7 +192,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<_> = overrides.iter().map(|entry| entry.parse().unwrap()).collect();
         let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &overrides).unwrap();
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let setup = scenario.coverage_setup(0).unwrap();
         let mut squad = InProcess::new(scenario.robot_count(), |id| CoverageController::new(id, setup));
         play(&scenario, &mut squad, "in-process", &StopFlag::default()).unwrap()
     }

@@ -18,7 +18,7 @@ use arena_daemon::{
     summary::Summary,
     trial::{self, Record},
 };
-use coverage::CoverageController;
+use coverage::{CoverageController, setup::CoverageSetup};
 use protocol::{robot_id::RobotId, setup::Mode};
 use scenario::Scenario;
 
@@ -67,10 +67,15 @@ pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Reco
     guarded(|| trial::play(scenario, &mut squad(scenario), "in-process", stop))
 }
 
-/// The paper's controller for every robot of `scenario`.
+/// Way out for scenarios in which programs think for robots.
+pub(crate) const INSTEAD: &str = "use `lamplight run --engine processes`, or link the crate `engine` and hand it a constructor of \
+     your controller";
+
+/// The paper's controller for every robot of `scenario`, in which no programs are.
 fn squad(scenario: &Scenario) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
-    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setup))
+    let setup = |robot| scenario.coverage_setup(robot).expect("programs were refused");
+    let setups: Vec<CoverageSetup> = (0..scenario.robot_count()).map(setup).collect();
+    InProcess::new(scenario.robot_count(), move |id| CoverageController::new(id, setups[id.index as usize]))
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

@@ -6,6 +6,10 @@ use std::{collections::BTreeSet, process::Command};
 
 /// Names of everything `package` links, itself included, as built on its own.
 fn linked_by(package: &str) -> BTreeSet<String> {
+    linked(package, &[])
+}
+
+fn linked(package: &str, features: &[&str]) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
         .args([
             "tree",
@@ -18,6 +22,7 @@ fn linked_by(package: &str) -> BTreeSet<String> {
             "--package",
             package,
         ])
+        .args(features)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
@@ -45,6 +50,12 @@ fn a_robot_links_nothing_of_the_arena() {
 }
 
 #[test]
+fn what_makes_a_process_of_a_controller_knows_no_controller() {
+    let linked = linked("robot-agent", &["--no-default-features"]);
+    assert!(!linked.contains("coverage"), "{linked:?}");
+}
+
+#[test]
 fn a_robots_mind_links_no_transport_and_no_generator_of_random_numbers() {
     for mind in ["protocol", "coverage"] {
         assert_knows_nothing_of(
@@ -61,7 +72,7 @@ fn the_arena_links_no_transport_no_log_and_no_threads() {
 
 #[test]
 fn a_scenario_can_be_read_without_an_arena() {
-    assert_knows_nothing_of("scenario", &["arena", "coverage", "transport", "iceoryx2", "spade"]);
+    assert_knows_nothing_of("scenario", &["arena", "transport", "iceoryx2", "spade"]);
 }
 
 #[test]
@@ -72,18 +83,19 @@ fn what_carries_messages_knows_neither_world_nor_mind() {
 /// The words by which a swarm's size or a pose in the arena would have to reach a robot.
 #[test]
 fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
-    let source = |file: &str| {
-        std::fs::read_to_string(format!("{}/../protocol/src/{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap()
-    };
-    for file in ["percept", "odometry", "controller", "setup", "frame", "packet"] {
-        let code: String = source(file)
+    let source =
+        |file: &str| std::fs::read_to_string(format!("{}/../{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let told = ["percept", "odometry", "controller", "setup", "frame", "packet"];
+    let told = told.map(|file| format!("protocol/src/{file}")).into_iter();
+    for file in told.chain(["crates/coverage/src/setup".into()]) {
+        let code: String = source(&file)
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"))
             .collect::<Vec<_>>()
             .join("\n")
             .to_lowercase();
         for word in ["arenapoint", "pose", "robot_count", "swarm", "size_m"] {
-            assert!(!code.contains(word), "protocol/src/{file}.rs speaks of `{word}`");
+            assert!(!code.contains(word), "{file}.rs speaks of `{word}`");
         }
     }
 }

@@ -52,7 +52,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Command
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Session::enter(&folder).unwrap();
     let mut ports = medium.join(ROBOT, setup.plane).unwrap();
-    let mut mind = CoverageController::new(ROBOT, setup.controller);
+    let mut mind = CoverageController::new(ROBOT, codec::decode(&setup.params).unwrap());
     let mut seen = bell.round();
     ports.send(raw(BOOT_TICK, &mind.boot())).unwrap();
     loop {

@@ -4,7 +4,7 @@
 
 use arena::Arena;
 use coverage::CoverageController;
-use protocol::{controller::Controller, robot_id::RobotId, setup::Mode};
+use protocol::{controller::Controller, robot_id::RobotId};
 use scenario::{Override, Scenario};
 use tests::programs;
 
@@ -16,7 +16,7 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let sets = sets.into_iter().chain([format!("robots.count={robots}"), format!("seed={seed}")]);
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario("swarmbots"), &sets).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut minds: Vec<_> =
         (0..robots).map(|index| CoverageController::new(RobotId::first(index), setup)).collect();
     let mut arena = Arena::new(&scenario).unwrap();

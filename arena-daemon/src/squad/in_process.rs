@@ -148,7 +148,7 @@ mod tests {
     fn squad() -> (impl Squad, Answers) {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../scenarios/swarmbots.toml"), &[]).unwrap();
-        let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
+        let setup = scenario.coverage_setup(0).unwrap();
         let mut squad = InProcess::new(ROBOTS, move |id| CoverageController::new(id, setup));
         let answers = squad.join_all(&StopFlag::default()).unwrap();
         (squad, answers)

@@ -16,7 +16,7 @@ use protocol::{
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
 };
-use scenario::{OnHang, ProcessesSpec, RobotSet, Scenario};
+use scenario::{Controller, OnHang, ProcessesSpec, RobotSet, Scenario};
 use transport::{
     codec,
     control::Event,
@@ -631,8 +631,13 @@ fn driven_by_hand<'a>(members: &'a [Member], host: &'a HostConfig) -> impl Itera
 
 /// Writes what every agent of the run is told.
 fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
-    let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
-    fs::write(run.setup_path(), codec::encode(&setup))
+    let setup = |controller: &Controller| {
+        let setup = scenario.agent_setup(mode, controller, codec::encode);
+        codec::encode(&AgentSetup { pid_namespace: pid_namespace::ours(), ..setup })
+    };
+    let (first, others) = scenario.controllers.split_first().expect("every robot has a controller");
+    let others: Vec<_> = others.iter().map(|it| (it.robots.iter().collect(), setup(it))).collect();
+    run.tell_setups(&setup(first), &others)
         .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
 }
 

@@ -17,7 +17,6 @@ use protocol::{
     packet::Packet,
     percept::{Delivery, Tick},
     robot_id::RobotId,
-    setup::Mode,
 };
 use scenario::Scenario;
 
@@ -31,7 +30,7 @@ fn play(
     ticks: Tick,
     mut look: impl FnMut(&Arena, &[Option<Command>], &[CoverageController]),
 ) {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let new = |index| CoverageController::new(RobotId::first(index), setup);
     let mut controllers: Vec<CoverageController> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = controllers.iter_mut().map(|controller| Some(controller.boot())).collect();
@@ -158,7 +157,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
         let scenario = scenario(&format!("{MOVING}\nfault = [{DRIFTING}, {fault}]"));
         let (mut were, mut seen) = (Vec::new(), Vec::new());
         let mut arena = Arena::new(&scenario).unwrap();
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let setup = scenario.coverage_setup(0).unwrap();
         let mut minds = [0, 1].map(|index| CoverageController::new(RobotId::first(index), setup));
         let mut commands: Vec<_> = minds.iter_mut().map(|mind| Some(mind.boot())).collect();
         for tick in 0..200 {

@@ -6,7 +6,7 @@ use arena::Arena;
 use coverage::CoverageController;
 use protocol::{
     command::Command, controller::Controller, frame::BodyVector, odometry::Odometry, percept::Tick,
-    robot_id::RobotId, setup::Mode, units::wrapped,
+    robot_id::RobotId, units::wrapped,
 };
 use scenario::Scenario;
 
@@ -30,7 +30,7 @@ fn in_circles(sets: &str) -> Scenario {
 /// Plays a scenario in which robot 0 turns to its left at `speed_m_per_s`, whatever it thinks, and the others stand
 /// still. `look` is told by how much robot 0's bearing of each robot that it knows is off, radians, cycle by cycle.
 fn play(scenario: &Scenario, speed_m_per_s: f64, mut look: impl FnMut(Tick, f64)) {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let new = |index| CoverageController::new(RobotId::first(index), setup);
     let mut robots: Vec<_> = (0..scenario.robot_count()).map(new).collect();
     let mut commands: Vec<_> = robots.iter_mut().map(|robot| Some(robot.boot())).collect();
@@ -108,7 +108,7 @@ fn odometry_says_nothing_of_the_arena_and_begins_anew_with_each_life() {
          fault = [{ kind = \"kill\", robots = \"1\", at_s = 0.9, restart_at_s = 1.0 }]",
     );
     let mut arena = Arena::new(&scenario).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut lives = [RobotId::first(0), RobotId::first(1)];
     let mut readings = Vec::new();
     for tick in 0..=scenario.ticks() {

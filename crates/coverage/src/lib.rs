@@ -30,6 +30,7 @@ pub mod quadratic_field;
 pub mod quadrature;
 pub mod refinement;
 pub mod sensory_field;
+pub mod setup;
 pub mod third_moments;
 
 pub use controller::CoverageController;
