@@ -8,7 +8,10 @@
 
 use std::{f64::consts::TAU, hint::black_box};
 
-use coverage::CoverageController;
+use coverage::{
+    CoverageController,
+    setup::{Closure, CoverageSetup, GradientMode, Law},
+};
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use protocol::{
     command::Command,
@@ -17,7 +20,6 @@ use protocol::{
     packet::Packet,
     percept::{Delivery, Light, Percept, Stimulus},
     robot_id::RobotId,
-    setup::{Closure, ControllerSetup, GradientMode, Law},
     units::{Meters, MetersPerSecond, Radians},
 };
 
@@ -48,8 +50,8 @@ library_benchmark_group!(name = controller, benchmarks = control_step);
 main!(library_benchmark_groups = controller);
 
 /// That of the SwarmBots, but with the gradient as measured (Section IV of the paper).
-fn setup() -> ControllerSetup {
-    ControllerSetup {
+fn setup() -> CoverageSetup {
+    CoverageSetup {
         law: Law::Linear,
         gain_per_s: 1.0,
         speed_cap: MetersPerSecond::new(0.3),

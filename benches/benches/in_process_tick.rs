@@ -12,7 +12,7 @@ use std::{hint::black_box, path::Path};
 use arena::Arena;
 use coverage::CoverageController;
 use gungraun::{library_benchmark, library_benchmark_group, main};
-use protocol::{command::Answer, controller::Hosted, robot_id::RobotId, setup::Mode};
+use protocol::{command::Answer, controller::Hosted, robot_id::RobotId};
 use scenario::Scenario;
 
 /// Ticks before those that are counted: the tables are full and memory has been touched.
@@ -44,7 +44,7 @@ fn swarm_of(robots: u32) -> Box<Swarm> {
     let count = format!("robots.count={robots}").parse().expect("an override");
     let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &[count])
         .unwrap_or_else(|error| panic!("{error}"));
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut controllers: Vec<_> = (0..robots)
         .map(RobotId::first)
         .map(|id| Hosted::new(id, CoverageController::new(id, setup)))

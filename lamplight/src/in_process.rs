@@ -5,11 +5,12 @@ use std::panic::{self, AssertUnwindSafe};
 use anyhow::bail;
 use arena::Arena;
 use arena_daemon::trial;
-use coverage::CoverageController;
+use coverage::{CoverageController, setup::CoverageSetup};
 use engine::{InProcess, Observer, Plan, StopFlag, summary::Summary};
 use observe::{recovery::Recovery, trial::Record};
-use protocol::{robot_id::RobotId, setup::Mode};
+use protocol::robot_id::RobotId;
 use scenario::Scenario;
+use squad::Squad;
 
 /// Runs `scenario` as fast as it can, silently and without outputs, as one run of many, told to `observers`. A panic ends
 /// this run alone.
@@ -33,13 +34,17 @@ pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Reco
     guarded(|| trial::play(scenario, &mut squad(scenario), "in-process", stop))
 }
 
-/// The paper's controller for every robot of `scenario`.
-pub(crate) fn squad(
-    scenario: &Scenario,
-) -> InProcess<CoverageController, impl Fn(RobotId) -> CoverageController> {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+/// Way out for scenarios in which programs think for robots.
+pub(crate) const INSTEAD: &str = "use `lamplight run --engine processes`, or link the crate `engine` and hand it a constructor of \
+     your controller";
+
+/// The paper's controller for every robot of `scenario`, in which no programs are.
+pub(crate) fn squad(scenario: &Scenario) -> impl Squad {
+    let setup = |robot| scenario.coverage_setup(robot).expect("programs were refused");
+    let setups: Vec<CoverageSetup> = (0..scenario.robot_count()).map(setup).collect();
     let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
-    InProcess::new(0..scenario.robot_count(), payload_bytes_max, move |id| CoverageController::new(id, setup))
+    let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
+    InProcess::new(0..scenario.robot_count(), payload_bytes_max, new).expect("no setup is refused")
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

@@ -98,7 +98,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
             limits::prepare(robots, args.options.mode().plane()).map_err(Failure::Usage)?;
         }
     }
-    let scenario = args.options.load().map_err(Failure::usage)?;
+    let mut scenario = args.options.load().map_err(Failure::usage)?;
+    match args.engine {
+        Engine::InProcess => scenario.refuse_programs(in_process::INSTEAD),
+        Engine::Processes => scenario.find_programs(),
+    }
+    .map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;
     let name = args.name.clone().unwrap_or_else(|| name::unique(&name::plain(&scenario.name)));
     logging::in_run(&name);
@@ -220,8 +225,7 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
 fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
     prepare_out(&args.options)?;
     files::replace(&run.scenario_path(), scenario.to_toml())?;
-    supervisor::run(&args.options, run, scenario.robot_count(), args.by_hand.as_ref(), watch, None)
-        .map_err(Failure::Run)
+    supervisor::run(&args.options, run, scenario, args.by_hand.as_ref(), watch, None).map_err(Failure::Run)
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.

@@ -26,7 +26,7 @@ use processes::{
 };
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use scenario::RobotSet;
+use scenario::{RobotSet, Scenario};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 use squad::moment::Moment;
 use transport::{
@@ -89,7 +89,7 @@ pub(crate) type NextTrial<'a> = Box<dyn FnMut(&str) -> anyhow::Result<Option<Str
 pub(crate) fn run(
     options: &RunOptions,
     run: &RunDir,
-    robots: u32,
+    scenario: &Scenario,
     by_hand: Option<&RobotSet>,
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
@@ -97,7 +97,7 @@ pub(crate) fn run(
     let Watch { sender, events, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
-    let start = Start { options, run, robots, by_hand, log: &log, children };
+    let start = Start { options, run, scenario, by_hand, log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
     let outcome = supervisor.watch(events);
     supervisor.clear_away(events);
@@ -109,7 +109,7 @@ pub(crate) fn run(
 struct Start<'a> {
     options: &'a RunOptions,
     run: &'a RunDir,
-    robots: u32,
+    scenario: &'a Scenario,
     by_hand: Option<&'a RobotSet>,
     log: &'a Gatherer,
     children: &'a Children,
@@ -120,7 +120,10 @@ struct Supervisor<'a> {
     log: &'a Gatherer,
     children: &'a Children,
     next_trial: Option<NextTrial<'a>>,
+    /// The paper's robot.
     agent_program: PathBuf,
+    /// Robots that other programs think for, and these with their first arguments.
+    programs: Vec<(RobotSet, Vec<String>)>,
     /// Agents to be started as soon as nothing else is to be done.
     to_start: VecDeque<RobotId>,
     /// Robots that are ours to start at the beginning.
@@ -146,7 +149,7 @@ struct Stopping {
 
 impl<'a> Supervisor<'a> {
     fn start(
-        Start { options, run, robots, by_hand, log, children }: Start<'a>,
+        Start { options, run, scenario, by_hand, log, children }: Start<'a>,
         sender: Sender<SupervisorEvent>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
@@ -179,8 +182,13 @@ impl<'a> Supervisor<'a> {
             children,
             next_trial,
             agent_program,
+            programs: scenario
+                .controllers
+                .iter()
+                .filter_map(|it| Some((it.robots.clone(), it.program()?.command.clone())))
+                .collect(),
             to_start: VecDeque::new(),
-            robots: (0..robots)
+            robots: (0..scenario.robot_count())
                 .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
                 .map(RobotId::first)
                 .collect(),
@@ -284,7 +292,7 @@ impl<'a> Supervisor<'a> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
         let log = self.log.standard_error().context("cannot hand the log's pipe to an agent")?;
         let mut group = self.children.lock();
-        let mut command = Command::new(&self.agent_program);
+        let mut command = self.agent_of(id);
         command
             .env(FORMAT_VARIABLE, logging::format().to_string())
             .args(["--run", &self.run.name().to_string()])
@@ -293,10 +301,24 @@ impl<'a> Supervisor<'a> {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
-        let child =
-            children::start(&mut command).with_context(|| format!("cannot start the agent of {id}"))?;
+        let child = children::start(&mut command).with_context(|| {
+            format!("cannot start the agent of {id}, {}", command.get_program().display())
+        })?;
         group.agents.insert(Pid::from_child(&child), id);
         Ok(())
+    }
+
+    /// The program of a robot, with the arguments that are its own.
+    fn agent_of(&self, id: RobotId) -> Command {
+        let mut programs = self.programs.iter();
+        match programs.find(|(robots, _)| robots.contains(id.index)).map(|(_, words)| words.as_slice()) {
+            Some([program, arguments @ ..]) => {
+                let mut command = Command::new(program);
+                command.args(arguments);
+                command
+            }
+            _ => Command::new(&self.agent_program),
+        }
     }
 
     /// The first signal asks the arena to end the run; a second one, not at the heels of the first,

@@ -32,6 +32,8 @@
 //! assert_eq!(Phototaxis.step(&Percept::empty(0), &mut ()), Command::REST, "it is dark");
 //! ```
 
+use alloc::boxed::Box;
+
 use crate::{
     command::{Answer, Command, Transmitter},
     percept::Percept,
@@ -62,6 +64,24 @@ pub trait Controller {
     #[inline]
     fn notes(&self, note: &mut dyn FnMut(&str, f64)) {
         let _ = note;
+    }
+}
+
+impl<C: Controller + ?Sized> Controller for Box<C> {
+    fn boot(&mut self) -> Command {
+        (**self).boot()
+    }
+
+    fn hear(&mut self, percept: &Percept) {
+        (**self).hear(percept);
+    }
+
+    fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command {
+        (**self).step(percept, stages)
+    }
+
+    fn notes(&self, note: &mut dyn FnMut(&str, f64)) {
+        (**self).notes(note);
     }
 }
 

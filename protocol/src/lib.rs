@@ -10,6 +10,8 @@ extern crate alloc;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
+#[cfg(feature = "std")]
+pub mod codec;
 pub mod command;
 pub mod controller;
 pub mod frame;
@@ -19,6 +21,8 @@ pub mod odometry;
 #[cfg(feature = "oscillator")]
 pub mod oscillator;
 pub mod packet;
+#[cfg(feature = "std")]
+pub mod params;
 pub mod payload;
 pub mod percept;
 pub mod robot_id;

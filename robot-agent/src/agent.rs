@@ -1,29 +1,29 @@
 //! A controller with its ports: percepts in, commands out.
 
-use std::{fs, mem};
+use std::mem;
 
 use anyhow::Context;
 use protocol::{
+    codec,
     command::{Command, Transmitter},
     controller::Controller,
     notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
-    setup::{AgentSetup, ControllerSetup},
+    setup::AgentSetup,
 };
 use transport::{
-    codec,
     pid_namespace::our_pid_in,
     raw::{BOOT_TICK, RawCommand, RawTimes},
     run_dir::RunDir,
     services::{AgentPorts, ServiceError},
 };
 
-use crate::stopwatch::Stopwatch;
+use crate::{Params, stopwatch::Stopwatch};
 
-/// Reads the setup of a run's agents.
-pub(crate) fn setup_of(run: &RunDir) -> anyhow::Result<AgentSetup> {
-    let setup = fs::read(run.setup_path()).context("cannot read the run's setup")?;
+/// Reads the setup of a robot's agent.
+pub(crate) fn setup_of(run: &RunDir, id: RobotId) -> anyhow::Result<AgentSetup> {
+    let setup = run.setup_of(id.index).context("cannot read the run's setup")?;
     Ok(codec::decode(&setup)?)
 }
 
@@ -46,11 +46,17 @@ pub(crate) struct Agent<C, N> {
     pid: u32,
 }
 
-impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
-    pub(crate) fn new(id: RobotId, setup: &AgentSetup, ports: AgentPorts, new: N) -> Self {
-        let controller = Box::new(new(id, setup.controller));
+impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
+    pub(crate) fn new(
+        id: RobotId,
+        setup: &AgentSetup,
+        params: Params,
+        ports: AgentPorts,
+        new: N,
+    ) -> anyhow::Result<Self> {
+        let controller = Box::new(new(id, &params)?);
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
-        Self {
+        Ok(Self {
             id,
             stopwatch,
             controller,
@@ -61,7 +67,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
             percept,
             waits: false,
             pid: our_pid_in(setup.pid_namespace),
-        }
+        })
     }
 
     /// Says that this robot is there, and the names of its notes.
@@ -111,7 +117,7 @@ impl<C: Controller, N: Fn(RobotId, ControllerSetup) -> C> Agent<C, N> {
     /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
     #[inline(never)]
     fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        *self.controller = (self.new)(self.id, setup_of(run)?.controller);
+        *self.controller = (self.new)(self.id, &setup_of(run, self.id)?.params)?;
         self.transmitter = Transmitter::new(self.id);
         Ok(())
     }

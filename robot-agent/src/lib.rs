@@ -1,6 +1,6 @@
 //! A robot's process around any [`Controller`]: joining a run, lock-step and real time, profile, log, leaving.
 //!
-//! A whole agent is one call. The paper's is
+//! A whole agent is one call, with what makes a controller of the robot's id and its parameters. The paper's is
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -8,7 +8,9 @@
 //! use coverage::CoverageController;
 //!
 //! fn main() -> ExitCode {
-//!     robot_agent::main(CoverageController::new)
+//!     robot_agent::main(|robot, params| {
+//!         params.decode().map(|setup| CoverageController::new(robot, setup))
+//!     })
 //! }
 //! ```
 
@@ -21,19 +23,20 @@ mod stopwatch;
 mod timer;
 
 use std::{
+    env, fmt,
     io::{self, IsTerminal},
     process::{self, ExitCode},
     thread,
     time::Duration,
 };
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Parser;
 use logging::Settings;
 use protocol::{
     controller::Controller,
     robot_id::RobotId,
-    setup::{AgentSetup, ControllerSetup, Mode},
+    setup::{AgentSetup, Mode},
 };
 use tracing::level_filters::LevelFilter;
 use transport::{
@@ -42,6 +45,8 @@ use transport::{
     run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
     services::{ServiceError, Session},
 };
+
+pub use protocol::params::Params;
 
 use crate::agent::Agent;
 
@@ -73,8 +78,9 @@ struct Cli {
 }
 
 /// Runs the agent of one robot: reads the command line, joins the run it names, and answers with a controller that
-/// `new` makes of the robot's id and the run's parameters, anew for each trial. Returns when the run ends.
-pub fn main<C: Controller>(new: impl Fn(RobotId, ControllerSetup) -> C) -> ExitCode {
+/// `new` makes of the robot's id and its parameters, anew for each trial. Returns when the run ends; at once, with the
+/// words of `new`, if that refuses them.
+pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Result<C, E>) -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
@@ -146,8 +152,16 @@ struct Joined<C, N> {
     agent: Agent<C, N>,
 }
 
-fn drive<C: Controller>(cli: &Cli, new: impl Fn(RobotId, ControllerSetup) -> C) -> anyhow::Result<()> {
-    let mut joined = join(cli, new)?;
+fn drive<C: Controller, E: fmt::Display>(
+    cli: &Cli,
+    new: impl Fn(RobotId, &Params) -> Result<C, E>,
+) -> anyhow::Result<()> {
+    let mut joined = join(cli, |id, params: &Params| {
+        new(id, params).map_err(|refusal| {
+            let program = env::current_exe().unwrap_or_default();
+            anyhow!("{id}: {} refuses its params: {refusal}", program.display())
+        })
+    })?;
     footprint::trim();
     let Joined { setup, run, arena, bell, agent } = &mut *joined;
     tracing::debug!(pid = process::id(), "has joined");
@@ -161,7 +175,7 @@ fn drive<C: Controller>(cli: &Cli, new: impl Fn(RobotId, ControllerSetup) -> C) 
 
 /// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.
 #[inline(never)]
-fn join<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     cli: &Cli,
     new: N,
 ) -> anyhow::Result<Box<Joined<C, N>>> {
@@ -171,12 +185,13 @@ fn join<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
     if !cli.quiet {
         check_place(&run, id)?;
     }
-    let setup = agent::setup_of(&run)?;
+    let setup = agent::setup_of(&run, id)?;
+    let params = setup.params.clone();
     let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Session::enter(&run)?
         .join(id, setup.plane, setup.payload_bytes_max.into())
         .map_err(|error| explained(error, &run))?;
-    let agent = Agent::new(id, &setup, ports, new);
+    let agent = Agent::new(id, &setup, params, ports, new)?;
     Ok(Box::new(Joined { setup, run, arena, bell, agent }))
 }
 

@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::{controller::Controller, robot_id::RobotId, setup::ControllerSetup};
+use protocol::{controller::Controller, robot_id::RobotId};
 use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };
 
-use crate::{Abandoned, agent::Agent};
+use crate::{Abandoned, Params, agent::Agent};
 
 /// How long an agent sleeps before it asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
@@ -18,7 +18,7 @@ const LEFT_OUT: Duration = Duration::from_secs(2);
 /// before it say nothing.
 const AWAY: Duration = Duration::from_secs(1);
 
-pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+pub(crate) fn run<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     agent: &mut Agent<C, N>,
     bell: &Doorbell,
     run: &RunDir,

@@ -7,5 +7,5 @@ use std::process::ExitCode;
 use coverage::CoverageController;
 
 fn main() -> ExitCode {
-    robot_agent::main(CoverageController::new)
+    robot_agent::main(|robot, params| params.decode().map(|setup| CoverageController::new(robot, setup)))
 }

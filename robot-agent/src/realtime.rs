@@ -3,17 +3,13 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use protocol::{
-    controller::Controller,
-    robot_id::RobotId,
-    setup::{AgentSetup, ControllerSetup},
-};
+use protocol::{controller::Controller, robot_id::RobotId, setup::AgentSetup};
 use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };
 
-use crate::{Abandoned, agent::Agent, timer::Timer};
+use crate::{Abandoned, Params, agent::Agent, timer::Timer};
 
 /// Silence after which an agent asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);
@@ -25,7 +21,7 @@ const AWAY: Duration = Duration::from_secs(1);
 /// Longest nap, so that a dead arena is noticed.
 const NAP: Duration = Duration::from_millis(250);
 
-pub(crate) fn run<C: Controller, N: Fn(RobotId, ControllerSetup) -> C>(
+pub(crate) fn run<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     agent: &mut Agent<C, N>,
     bell: &Doorbell,
     run: &RunDir,

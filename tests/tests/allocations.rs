@@ -6,11 +6,7 @@ use allocation_counter::measure;
 use arena::Arena;
 use coverage::CoverageController;
 use protocol::{
-    controller::Hosted,
-    payload::SHORT_PAYLOAD_BYTES,
-    percept::Percept,
-    robot_id::RobotId,
-    setup::{Mode, Plane},
+    controller::Hosted, payload::SHORT_PAYLOAD_BYTES, percept::Percept, robot_id::RobotId, setup::Plane,
 };
 use scenario::{Override, Scenario};
 use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Session};
@@ -26,7 +22,7 @@ fn a_steady_tick_in_process_allocates_nothing() {
         let overrides: Vec<Override> = [set, "robots.count=40"].map(|set| set.parse().unwrap()).into();
         let scenario = Scenario::load(&file, &overrides).unwrap();
         let mut arena = Arena::new(&scenario).unwrap();
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let setup = scenario.coverage_setup(0).unwrap();
         let mut minds: Vec<_> = (0..40)
             .map(RobotId::first)
             .map(|id| Hosted::new(id, CoverageController::new(id, setup)))
@@ -57,7 +53,7 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
     let mut agent =
         Session::enter(&run).unwrap().join(robot, Plane::Blackboard, SHORT_PAYLOAD_BYTES).unwrap();
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/swarmbots.toml");
-    let setup = Scenario::load(&file, &[]).unwrap().agent_setup(Mode::Lockstep).controller;
+    let setup = Scenario::load(&file, &[]).unwrap().coverage_setup(0).unwrap();
     let (mut mind, mut frames) = (Hosted::new(robot, CoverageController::new(robot, setup)), Frames::of(1));
     let (mut sent, mut read) = (Percept::empty(0), Percept::empty(0));
     let exchanged = measure(|| {

@@ -11,6 +11,10 @@ use tests::programs::scenario;
 
 /// Names of everything `package` links, itself included, as built on its own.
 fn linked_by(package: &str) -> BTreeSet<String> {
+    linked(package, &[])
+}
+
+fn linked(package: &str, features: &[&str]) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
         .args([
             "tree",
@@ -23,6 +27,7 @@ fn linked_by(package: &str) -> BTreeSet<String> {
             "--package",
             package,
         ])
+        .args(features)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
@@ -50,6 +55,12 @@ fn a_robot_links_nothing_of_the_arena() {
         "robot-agent",
         &["arena", "engine", "arena-daemon", "scenario", "lamplight", "spade"],
     );
+}
+
+#[test]
+fn what_makes_a_process_of_a_controller_knows_no_controller() {
+    let linked = linked("robot-agent", &["--no-default-features"]);
+    assert!(!linked.contains("coverage"), "{linked:?}");
 }
 
 #[test]
@@ -98,7 +109,7 @@ fn observers_know_no_squad_of_processes() {
 
 #[test]
 fn a_scenario_can_be_read_without_an_arena() {
-    assert_knows_nothing_of("scenario", &["arena", "coverage", "transport", "iceoryx2", "spade"]);
+    assert_knows_nothing_of("scenario", &["arena", "transport", "iceoryx2", "spade"]);
 }
 
 #[test]
@@ -110,18 +121,19 @@ fn what_carries_messages_knows_neither_world_nor_mind() {
 /// file of its own.
 #[test]
 fn nothing_a_robot_is_told_names_its_pose_or_the_size_of_the_swarm() {
-    let source = |file: &str| {
-        std::fs::read_to_string(format!("{}/../protocol/src/{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap()
-    };
-    for file in ["percept", "odometry", "controller", "setup", "frame", "packet", "payload", "command"] {
-        let code: String = source(file)
+    let source =
+        |file: &str| std::fs::read_to_string(format!("{}/../{file}.rs", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let told = ["percept", "odometry", "controller", "setup", "frame", "packet", "payload", "command"];
+    let told = told.map(|file| format!("protocol/src/{file}")).into_iter();
+    for file in told.chain(["crates/coverage/src/setup".into()]) {
+        let code: String = source(&file)
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"))
             .collect::<Vec<_>>()
             .join("\n")
             .to_lowercase();
         for word in ["arenapoint", "pose", "robot_count", "swarm", "size_m"] {
-            assert!(!code.contains(word), "protocol/src/{file}.rs speaks of `{word}`");
+            assert!(!code.contains(word), "{file}.rs speaks of `{word}`");
         }
     }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use coverage::CoverageController;
 use protocol::{
+    codec,
     command::{Answer, Command},
     controller::Hosted,
     frame::BodyVector,
@@ -20,7 +21,6 @@ use tests::{
     programs::{Run, said},
 };
 use transport::{
-    codec,
     doorbell::{Doorbell, Ring},
     raw::{BOOT_TICK, RawCommand},
     run_dir::RunDir,
@@ -53,7 +53,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer)
     let bell = Doorbell::open(&folder.doorbell_path()).unwrap();
     let medium = Session::enter(&folder).unwrap();
     let mut ports = medium.join(ROBOT, setup.plane, setup.payload_bytes_max.into()).unwrap();
-    let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.controller));
+    let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.params.decode().unwrap()));
     let mut seen = bell.round();
     folder.tell_note_names(ROBOT, &["misbehaves".into()]).unwrap();
     ports.send(raw(BOOT_TICK, &mind.boot()), &[], &[1.0]).unwrap();

@@ -4,7 +4,7 @@
 
 use arena::Arena;
 use coverage::CoverageController;
-use protocol::{controller::Hosted, robot_id::RobotId, setup::Mode};
+use protocol::{controller::Hosted, robot_id::RobotId};
 use scenario::{Override, Scenario};
 use tests::programs;
 
@@ -16,7 +16,7 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let sets = sets.into_iter().chain([format!("robots.count={robots}"), format!("seed={seed}")]);
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario("swarmbots"), &sets).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut minds: Vec<_> = (0..robots)
         .map(RobotId::first)
         .map(|id| Hosted::new(id, CoverageController::new(id, setup)))

@@ -3,11 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
 use std::{
+    ffi::OsStr,
+    fs,
+    os::unix::fs::symlink,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Output},
 };
 
-use tests::{live::LiveRun, programs::program, programs::said};
+use serde_json::{Value, json};
+use tests::programs::{lamplight, program, said, scenario};
 
 /// The program of the example, built as its README says, but beside the other programs.
 fn rust_controller() -> PathBuf {
@@ -24,24 +28,81 @@ fn rust_controller() -> PathBuf {
     target.join("release/rust-controller")
 }
 
-/// Digest, robots alive and robots without an estimated error of a run in which the example drives robots 30 to 49.
-fn mixed_run(agent: &Path) -> (String, u64, u64) {
-    let run = LiveRun::start("swarmbots", &["--duration", "20", "--by-hand", "30-49"]);
-    run.wait_until_open();
-    let agents: Vec<_> = (30..50).map(|robot| run.agent_under(&mut Command::new(agent), robot)).collect();
-    let (output, left) = run.finish();
-    for mut agent in agents {
-        assert!(agent.wait().unwrap().success());
-    }
-    let run = left.unwrap_or_else(|| panic!("{}", said(&output)));
-    let count = |key: &str| run.number(key) as u64;
-    (run.digest().to_owned(), count("robots_alive"), count("robots_without_error"))
+/// Writes a scenario of fifty robots, of which this program thinks for the last twenty, into a folder.
+fn mixed(folder: &Path, program: &Path, params: &str) -> PathBuf {
+    let swarmbots = fs::read_to_string(scenario("swarmbots")).unwrap();
+    let (before, rest) = swarmbots.split_once("[controller]").unwrap();
+    let (law, after) = rest.split_once("\n[").unwrap();
+    let path = folder.join("mixed.toml");
+    let name = program.file_name().unwrap().to_str().unwrap();
+    symlink(program, folder.join(name)).unwrap();
+    fs::write(
+        &path,
+        format!(
+            "{before}[[controller]]\nrobots = \"0-29\"{law}\n[[controller]]\nrobots = \"30-49\"\n\
+             program = [\"./{name}\"]\nparams = {params}\n\n[{after}"
+        ),
+    )
+    .unwrap();
+    path
+}
+
+fn run(file: &Path, args: &[&str]) -> Output {
+    lamplight([OsStr::new("run"), file.as_os_str()]).args(args).output().unwrap()
 }
 
 #[test]
 fn robots_of_the_paper_and_robots_with_a_controller_of_their_own_make_one_swarm() {
-    let agent = rust_controller();
-    let first = mixed_run(&agent);
-    assert_eq!((first.1, first.2), (50, 20), "the example estimates no error");
-    assert_eq!(mixed_run(&agent), first, "and is as deterministic as the paper's");
+    let folder = tempfile::tempdir().unwrap();
+    let file = mixed(folder.path(), &rust_controller(), "{ speed_m_per_s = 0.1 }");
+    let once = || {
+        let output = run(&file, &["--duration", "20", "--quiet", "--json"]);
+        assert!(output.status.success(), "{}", said(&output));
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let of = |key: &str| summary[key].clone();
+        assert_eq!(
+            (of("robots_alive"), of("robots_without_error")),
+            (json!(50), json!(20)),
+            "it estimates no error"
+        );
+        of("digest")
+    };
+    assert_eq!(once(), once(), "and is as deterministic as the paper's");
+}
+
+#[test]
+fn a_controller_that_refuses_its_params_says_so_in_its_own_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = mixed(folder.path(), &rust_controller(), "{ speed = 0.1 }");
+    let output = run(&file, &["--duration", "1", "--quiet", "--set", "processes.on_hang=fail"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let said = said(&output);
+    let line =
+        said.lines().find(|line| line.contains("refuses its params")).unwrap_or_else(|| panic!("{said}"));
+    assert!(line.contains("rust-controller") && line.contains("unknown field `speed`"), "{line}");
+    assert!((30..50).any(|robot| line.contains(&format!("robot {robot}"))), "{line}");
+}
+
+#[test]
+fn what_needs_processes_says_so_where_there_are_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = program("robot-agent");
+    let file = mixed(folder.path(), &program, "{}");
+    let commands: [&[&str]; 4] = [
+        &["run", "--engine", "in-process"],
+        &["batch", "--trials", "2", "--out", "batch"],
+        &["fuzz"],
+        &["shrink", "--until", "robots_alive < 50"],
+    ];
+    for words in commands {
+        let output = lamplight(words).arg(&file).current_dir(folder.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", said(&output));
+        let said = said(&output);
+        assert!(said.contains("mixed.toml:") && said.contains("robots 30-49 need processes"), "{said}");
+        assert!(said.contains("--engine processes") && said.contains("the crate `engine`"), "{said}");
+    }
+    fs::remove_file(folder.path().join("robot-agent")).unwrap();
+    let output = run(&file, &["--duration", "1"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("hint: build it, or correct its path"), "{}", said(&output));
 }

@@ -4,7 +4,7 @@
 
 use arena::{Arena, metrics::Metrics};
 use coverage::CoverageController;
-use protocol::{controller::Hosted, robot_id::RobotId, setup::Mode};
+use protocol::{controller::Hosted, robot_id::RobotId};
 use scenario::{Override, Scenario};
 use tests::programs;
 
@@ -31,7 +31,7 @@ fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Met
     let sets = sets.iter().copied().chain([seed.as_str()]);
     let sets: Vec<Override> = sets.map(|set| set.parse().unwrap()).collect();
     let scenario = Scenario::load(&programs::scenario(scenario), &sets).unwrap();
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut minds: Vec<_> = (0..scenario.robot_count())
         .map(RobotId::first)
         .map(|id| Hosted::new(id, CoverageController::new(id, setup)))

@@ -5,7 +5,7 @@
 use arena::{Arena, frame::ArenaPoint, metrics::Partition, voronoi::delaunay_neighbors};
 use coverage::{CoverageController, moments::Moments};
 use nalgebra::Vector2;
-use protocol::{command::Answer, controller::Hosted, frame::BodyVector, robot_id::RobotId, setup::Mode};
+use protocol::{command::Answer, controller::Hosted, frame::BodyVector, robot_id::RobotId};
 use scenario::{Override, Scenario};
 use serde::Deserialize;
 use tests::{
@@ -73,7 +73,7 @@ fn shares_only_a_point(cell: &[Vector2<f64>], sites: &[ArenaPoint], own: usize, 
 
 /// One tick of `scenario` in process: each robot's estimated error ê in the arena's axes.
 fn estimated_errors(scenario: &Scenario) -> Vec<Vector2<f64>> {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let mut minds: Vec<_> = (0..scenario.robot_count())
         .map(RobotId::first)
         .map(|id| Hosted::new(id, CoverageController::new(id, setup)))

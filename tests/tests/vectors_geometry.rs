@@ -9,13 +9,11 @@ use coverage::{
     half_plane::HalfPlane,
     moments::Moments,
     polygon::Polygon,
+    setup::Closure,
     third_moments::ThirdMoments,
 };
 use nalgebra::Vector2;
-use protocol::{
-    setup::Closure,
-    units::{Meters, Radians},
-};
+use protocol::units::{Meters, Radians};
 use serde::Deserialize;
 use tests::vectors::{Pair, assert_same_polygon, points, read};
 

@@ -11,19 +11,19 @@ use std::{
 use processes::{Process, State};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::{
+    codec,
     command::Answer,
     notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
 };
-use scenario::{OnHang, ProcessAction, ProcessFault, ProcessesSpec, RobotSet, Scenario};
+use scenario::{Controller, OnHang, ProcessAction, ProcessFault, ProcessesSpec, RobotSet, Scenario};
 use squad::{
     Answers, Awaited, Incident, Participation, RobotStatus, SquadError, WaitingSink, moment::Moment,
     stop::StopFlag,
 };
 use transport::{
-    codec,
     control::Event,
     doorbell::Doorbell,
     frame_cache::Frames,
@@ -668,8 +668,13 @@ fn note_names(run: &RunDir, id: RobotId) -> Notes {
 
 /// Writes what every agent of the run is told.
 fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
-    let setup = AgentSetup { pid_namespace: pid_namespace::ours(), ..scenario.agent_setup(mode) };
-    fs::write(run.setup_path(), codec::encode(&setup))
+    let setup = |controller: &Controller| {
+        let setup = scenario.agent_setup(mode, controller);
+        codec::encode(&AgentSetup { pid_namespace: pid_namespace::ours(), ..setup })
+    };
+    let (first, others) = scenario.controllers.split_first().expect("every robot has a controller");
+    let others: Vec<_> = others.iter().map(|it| (it.robots.iter().collect(), setup(it))).collect();
+    run.tell_setups(&setup(first), &others)
         .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
 }
 

@@ -13,7 +13,6 @@ use protocol::{
     packet::Packet,
     percept::{DELIVERIES_MAX, Delivery, Percept, Tick, WALLS_MAX, Wall},
     robot_id::RobotId,
-    setup::Law,
     units::{Meters, Radians, wrapped},
 };
 
@@ -36,7 +35,7 @@ use crate::{
     voronoi::walls_around,
     world::World,
 };
-use scenario::{ProcessFault, Scenario};
+use scenario::{Controller, ProcessFault, Scenario};
 
 /// Filler for measurements to come.
 const NOTHING_HEARD: Delivery = Delivery {
@@ -83,6 +82,8 @@ pub struct Arena {
     lives: Vec<Option<RobotId>>,
     /// Answers that a fault holds back, and when they come into force.
     held_back: Vec<VecDeque<(Tick, Order)>>,
+    /// Whether each robot is shown the true field.
+    shown_field: Vec<bool>,
     /// Packets that each robot has heard since its last percept.
     inboxes: Vec<Vec<Heard>>,
     /// Whether each robot has bumped into something since.
@@ -106,7 +107,8 @@ impl Arena {
     pub fn new(scenario: &Scenario) -> Result<Self, PlacementError> {
         let poses = placement::start(scenario)?;
         let robots = poses.len();
-        let timeout_ticks = scenario.neighbor_timeout_ticks();
+        let controllers = || (0..scenario.robot_count()).map(|robot| scenario.controller_of(robot));
+        let timeouts = controllers().map(|it| scenario.neighbor_timeout_ticks(it)).collect();
         Ok(Self {
             world: World::new(scenario, poses),
             field: Field::new(scenario),
@@ -115,11 +117,12 @@ impl Arena {
             channel: Channel::new(scenario),
             measurement: Measurement::new(&scenario.channel),
             plan: FaultPlan::new(scenario),
-            hearing: NeighborTables::new(scenario.robot_count(), timeout_ticks),
+            hearing: NeighborTables::new(timeouts),
             tick: None,
             said: vec![None; robots],
             payloads: Payloads::default(),
             lives: vec![None; robots],
+            shown_field: controllers().map(Controller::senses_field).collect(),
             held_back: vec![VecDeque::new(); robots],
             inboxes: vec![Vec::new(); robots],
             bumped: vec![false; robots],
@@ -458,7 +461,7 @@ impl Arena {
     fn sense(&mut self, robot: usize, tick: Tick) {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
-        let mut light = self.sensors.read(&self.field, &seen, robot as u32, &pose, tick);
+        let mut light = self.sensors.read(&seen, robot as u32, &pose, tick);
         if self.said[robot].is_some() {
             self.plan.sensed(tick, robot as u32, &mut light);
         }
@@ -473,8 +476,7 @@ impl Arena {
         if self.scenario.arena.boundary_sensing {
             percept.walls = walls(&pose, size_m);
         }
-        // Only the `exact` law is shown the field.
-        if self.scenario.controller.law == Law::Exact {
+        if self.shown_field[robot] {
             percept.field = seen;
         }
         // Who has just been resumed gets a percept before it has answered one.

@@ -10,7 +10,7 @@ use protocol::{
 };
 
 use crate::frame::{ArenaPoint, Pose};
-use scenario::{FieldSpec, Gradient, Scenario};
+use scenario::{FieldSpec, Scenario};
 
 /// Terms of φ as some body sees them.
 pub type SeenField = ArrayVec<FieldComponent, COMPONENTS_MAX>;
@@ -19,13 +19,12 @@ pub type SeenField = ArrayVec<FieldComponent, COMPONENTS_MAX>;
 #[derive(Clone, Debug)]
 pub struct Field {
     spec: FieldSpec,
-    sensor: Gradient,
 }
 
 impl Field {
     /// The field of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
-        Self { spec: scenario.field.clone(), sensor: scenario.controller.gradient }
+        Self { spec: scenario.field.clone() }
     }
 
     /// Every term of φ in the body frame of `pose`.
@@ -46,14 +45,14 @@ impl Field {
     }
 
     /// Returns the light reading of a body that sees the field as `seen`: value and gradient, or,
-    /// on robots that fix the gradient's magnitude, only the direction in which φ grows.
-    pub fn light(&self, seen: &SeenField) -> Light {
+    /// on robots that measure none, only the direction in which φ grows.
+    pub fn light(seen: &SeenField, measures_gradient: bool) -> Light {
         let here = Vector2::zeros();
         let gradient = BodyVector(sensory_field::gradient(seen, here));
-        let stimulus = match self.sensor {
-            Gradient::Measured => Stimulus::Gradient(gradient),
-            Gradient::Fixed { .. } if gradient.length() == 0.0 => Stimulus::None,
-            Gradient::Fixed { .. } => match Radians::new(gradient.bearing()) {
+        let stimulus = match measures_gradient {
+            true => Stimulus::Gradient(gradient),
+            false if gradient.length() == 0.0 => Stimulus::None,
+            false => match Radians::new(gradient.bearing()) {
                 Some(bearing) => Stimulus::Bearing(bearing),
                 None => Stimulus::None,
             },

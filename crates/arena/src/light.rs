@@ -25,6 +25,8 @@ use scenario::{LampSpec, LightSpec, RingSpec, Scenario};
 #[derive(Clone, Debug)]
 pub struct LightSensors {
     ring: Option<Ring>,
+    /// By robot: whether its ideal sensor measures the gradient.
+    measure_gradient: Vec<bool>,
 }
 
 #[derive(Clone, Debug)]
@@ -45,16 +47,18 @@ struct Ring {
 impl LightSensors {
     /// The sensors of a scenario.
     pub fn new(scenario: &Scenario) -> Self {
-        match &scenario.light {
-            LightSpec::Ideal => Self { ring: None },
-            LightSpec::Ring(spec) => Self { ring: Some(Ring::new(spec, scenario)) },
-        }
+        let ring = match &scenario.light {
+            LightSpec::Ideal => None,
+            LightSpec::Ring(spec) => Some(Ring::new(spec, scenario)),
+        };
+        let measures_gradient = |robot| scenario.controller_of(robot).senses_gradient();
+        Self { ring, measure_gradient: (0..scenario.robot_count()).map(measures_gradient).collect() }
     }
 
     /// Reads the sensors of robot `robot` at `pose`, where it sees the field as `seen`.
-    pub fn read(&self, field: &Field, seen: &SeenField, robot: u32, pose: &Pose, tick: Tick) -> Light {
+    pub fn read(&self, seen: &SeenField, robot: u32, pose: &Pose, tick: Tick) -> Light {
         match &self.ring {
-            None => field.light(seen),
+            None => Field::light(seen, self.measure_gradient[robot as usize]),
             Some(ring) => ring.read(robot, pose, tick),
         }
     }

@@ -13,18 +13,16 @@ pub struct NeighborTables {
     /// With the time at which each packet was sent, seconds.
     tables: Vec<NeighborTable<f64>>,
     lives: Vec<RobotId>,
-    timeout_ticks: u32,
+    /// By robot.
+    timeout_ticks: Vec<u32>,
 }
 
 impl NeighborTables {
-    /// Empty tables. Neighbors are forgotten after `timeout_ticks`.
-    pub fn new(robots: u32, timeout_ticks: u32) -> Self {
-        let table = |index| NeighborTable::new(RobotId::first(index), timeout_ticks);
-        Self {
-            tables: (0..robots).map(table).collect(),
-            lives: (0..robots).map(RobotId::first).collect(),
-            timeout_ticks,
-        }
+    /// Empty tables, one for each of `timeout_ticks`, after which its neighbors are forgotten.
+    pub fn new(timeout_ticks: Vec<u32>) -> Self {
+        let lives: Vec<RobotId> = (0..).zip(&timeout_ticks).map(|(index, _)| RobotId::first(index)).collect();
+        let table = |(&id, &timeout)| NeighborTable::new(id, timeout);
+        Self { tables: lives.iter().zip(&timeout_ticks).map(table).collect(), lives, timeout_ticks }
     }
 
     /// Robot `id` gets its percept, the packets in which were sent at `sent_s`. A new life has forgotten what the
@@ -33,7 +31,7 @@ impl NeighborTables {
         let at = id.index as usize;
         if self.lives[at] != id {
             self.lives[at] = id;
-            self.tables[at] = NeighborTable::new(id, self.timeout_ticks);
+            self.tables[at] = NeighborTable::new(id, self.timeout_ticks[at]);
         }
         let heard = percept.deliveries.iter().copied().zip(sent_s.iter().copied());
         self.tables[at].follow(percept.odometry);
@@ -110,7 +108,7 @@ mod tests {
 
     #[test]
     fn who_is_heard_one_way_is_joined() {
-        let mut hearing = NeighborTables::new(5, 4);
+        let mut hearing = NeighborTables::new(vec![4; 5]);
         hearing.record(RobotId::first(0), &percept(0, &[1]), &[0.0]);
         hearing.record(RobotId::first(2), &percept(0, &[3]), &[0.0]);
         assert_eq!(hearing.components(&[0, 1, 2, 3, 4]), 3);
@@ -119,7 +117,7 @@ mod tests {
 
     #[test]
     fn what_was_heard_ages_and_a_new_life_knows_nothing() {
-        let mut hearing = NeighborTables::new(2, 4);
+        let mut hearing = NeighborTables::new(vec![4; 2]);
         hearing.record(RobotId::first(0), &percept(0, &[1]), &[-0.25]);
         hearing.record(RobotId::first(0), &percept(2, &[]), &[]);
         assert_eq!(hearing.staleness_s(&[0, 1], 2.5), Some(2.75));

@@ -3,7 +3,6 @@
 
 use coverage::refinement::WIDTH_SHARE_MIN;
 use nalgebra::Vector2;
-use protocol::setup::Law;
 
 use crate::{field::Field, frame::Pose};
 use scenario::{ChannelModel, Fault, Medium, Scenario};
@@ -35,7 +34,10 @@ pub fn named(index: usize, fault: &Fault) -> String {
 /// Errors of odometry where nothing is carried along by it: everybody is measured anew at each percept, and nobody is
 /// remembered beyond it.
 fn idle(scenario: &Scenario) -> Option<String> {
-    let forgets = scenario.controller.neighbor_timeout_cycles.get() == 1;
+    let forgets = scenario
+        .controllers
+        .iter()
+        .all(|it| it.law().is_some_and(|law| law.neighbor_timeout_cycles.get() == 1));
     let errs = scenario.sensors.odometry.is_some_and(|odometry| odometry.error.get() > 0.0);
     (errs && forgets && scenario.channel.medium == Medium::Instant).then(|| {
         "sensors.odometry_error has no effect: robots hear everybody anew in each neighbor cycle and remember nobody beyond \
@@ -47,7 +49,7 @@ fn idle(scenario: &Scenario) -> Option<String> {
 /// A field without anything to cover. The law `uniform` does not ask for it.
 fn dark(scenario: &Scenario) -> Option<String> {
     let highest = Field::new(scenario).highest(scenario.arena.size_m.get());
-    (highest <= 0.0 && scenario.controller.law != Law::Uniform).then(|| {
+    (highest <= 0.0 && scenario.laws().any(|law| law.law.goes_by_light())).then(|| {
         format!(
             "the field is nowhere positive (its highest value in the arena is {highest}), so no cell has mass: robots \
              stand still, and nothing converges; raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"
@@ -59,13 +61,9 @@ fn dark(scenario: &Scenario) -> Option<String> {
 fn narrow(scenario: &Scenario) -> Vec<String> {
     let arena_m = Vector2::from(scenario.arena.size_m.get()).norm();
     // Where walls are not sensed, the law `exact` has cells that end at the cap.
-    let across_cap_m = match scenario.controller.cell_cap_m {
-        Some(cap_m) if scenario.controller.law == Law::Exact && !scenario.arena.boundary_sensing => {
-            2.0 * cap_m.get()
-        }
-        _ => 0.0,
-    };
-    let cell_m = arena_m.max(across_cap_m);
+    let needy = scenario.laws().filter(|law| law.law.needs_field() && !scenario.arena.boundary_sensing);
+    let across_caps_m = needy.filter_map(|law| law.cell_cap_m).map(|cap_m| 2.0 * cap_m.get());
+    let cell_m = across_caps_m.fold(arena_m, f64::max);
     let (gaussians, lamps) = (scenario.field.gaussian.iter(), scenario.field.lamp.iter());
     let gaussians = gaussians
         .enumerate()
@@ -118,14 +116,17 @@ fn far_links<'a>(
 /// Does it make packets or answers come after a neighbor is forgotten?
 fn overdue(fault: &Fault, scenario: &Scenario) -> Option<String> {
     let (what, late_s) = fault.kind.lateness()?;
-    let (late, timeout) = (scenario.tick_at(late_s), scenario.neighbor_timeout_ticks().into());
+    // Who forgets soonest; a program's memory is its own.
+    let of_laws = scenario.controllers.iter().filter(|it| it.law().is_some());
+    let hasty = of_laws.min_by_key(|it| it.neighbor_timeout_cycles())?;
+    let (late, timeout) = (scenario.tick_at(late_s), scenario.neighbor_timeout_ticks(hasty).into());
     (late >= timeout).then(|| {
         format!(
             "{what} {} s late, and a neighbor is forgotten after {} s, controller.neighbor_timeout_cycles = {}; with {} \
              it is remembered until then",
             scenario.time_of(late),
             scenario.time_of(timeout),
-            scenario.controller.neighbor_timeout_cycles,
+            hasty.neighbor_timeout_cycles(),
             scenario.cycle_of(late) + 1
         )
     })

@@ -10,10 +10,10 @@ use coverage::{
     cell::{HalfPlanes, local_cell},
     half_plane::HalfPlane,
     polygon::Polygon,
+    setup::Closure,
 };
 use protocol::{
     percept::DELIVERIES_MAX,
-    setup::Closure,
     units::{Meters, Radians},
 };
 

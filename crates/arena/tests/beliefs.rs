@@ -16,7 +16,6 @@ use protocol::{
     packet::Packet,
     percept::{Delivery, Tick},
     robot_id::RobotId,
-    setup::Mode,
 };
 use scenario::{ProcessAction, ProcessFault, Scenario};
 
@@ -30,7 +29,7 @@ fn play(
     ticks: Tick,
     mut look: impl FnMut(&Arena, &[Option<Answer>], &[Hosted<CoverageController>]),
 ) {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let new = |index| {
         let id = RobotId::first(index);
         Hosted::new(id, CoverageController::new(id, setup))
@@ -160,7 +159,7 @@ fn a_late_packet_tells_where_its_sender_was_when_it_was_sent() {
         let scenario = scenario(&format!("{MOVING}\nfault = [{DRIFTING}, {fault}]"));
         let (mut were, mut seen) = (Vec::new(), Vec::new());
         let mut arena = Arena::new(&scenario).unwrap();
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
+        let setup = scenario.coverage_setup(0).unwrap();
         let mut minds = [0, 1].map(|index| {
             let id = RobotId::first(index);
             Hosted::new(id, CoverageController::new(id, setup))

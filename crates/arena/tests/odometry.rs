@@ -11,7 +11,6 @@ use protocol::{
     odometry::Odometry,
     percept::Tick,
     robot_id::RobotId,
-    setup::Mode,
     units::wrapped,
 };
 use scenario::Scenario;
@@ -36,7 +35,7 @@ fn in_circles(sets: &str) -> Scenario {
 /// Plays a scenario in which robot 0 turns to its left at `speed_m_per_s`, whatever it thinks, and the others stand
 /// still. `look` is told by how much robot 0's bearing of each robot that it knows is off, radians, cycle by cycle.
 fn play(scenario: &Scenario, speed_m_per_s: f64, mut look: impl FnMut(Tick, f64)) {
-    let setup = scenario.agent_setup(Mode::Lockstep).controller;
+    let setup = scenario.coverage_setup(0).unwrap();
     let new = |index| {
         let id = RobotId::first(index);
         Hosted::new(id, CoverageController::new(id, setup))

@@ -8,8 +8,8 @@
 //! Graham finds the edges. No bounding box is needed, so nothing is lost to its size; vertices are
 //! crossings of two lines, each computed once.
 
+use crate::setup::Closure;
 use arrayvec::ArrayVec;
-use protocol::setup::Closure;
 
 use crate::{
     closure::{self, Opening},

@@ -14,9 +14,9 @@ use core::{
     mem,
 };
 
+use crate::setup::Closure;
 use arrayvec::ArrayVec;
 use nalgebra::Vector2;
-use protocol::setup::Closure;
 
 use crate::{
     half_plane::HalfPlane,

@@ -6,7 +6,6 @@ use protocol::{
     frame::BodyVector,
     percept::Percept,
     robot_id::RobotId,
-    setup::ControllerSetup,
 };
 
 use crate::{
@@ -16,12 +15,13 @@ use crate::{
     neighbors::NeighborTable,
     polygon::Polygon,
     reading,
+    setup::CoverageSetup,
 };
 
 /// The paper's controller of one robot, with what it remembers between cycles.
 #[derive(Clone, Debug)]
 pub struct CoverageController {
-    setup: ControllerSetup,
+    setup: CoverageSetup,
     neighbors: NeighborTable,
 }
 
@@ -29,7 +29,7 @@ impl CoverageController {
     /// A controller with an empty neighbor table.
     // Inlined, it is made where it stays: moved, it would touch all the memory that it has room for.
     #[inline]
-    pub fn new(id: RobotId, setup: ControllerSetup) -> Self {
+    pub fn new(id: RobotId, setup: CoverageSetup) -> Self {
         let neighbors = NeighborTable::new(id, setup.neighbor_timeout_ticks);
         Self { setup, neighbors }
     }
@@ -91,6 +91,7 @@ impl Controller for CoverageController {
 
 #[cfg(test)]
 mod tests {
+    use crate::setup::{Closure, GradientMode, Law};
     use core::f64::consts::{FRAC_PI_2, PI, TAU};
     use std::vec::Vec;
 
@@ -99,7 +100,6 @@ mod tests {
     use protocol::{
         packet::Packet,
         percept::{Delivery, Light, Stimulus, Wall},
-        setup::{Closure, GradientMode, Law},
         units::{Meters, MetersPerSecond, Radians},
     };
 
@@ -119,8 +119,8 @@ mod tests {
         Radians::new(value).unwrap()
     }
 
-    fn setup() -> ControllerSetup {
-        ControllerSetup {
+    fn setup() -> CoverageSetup {
+        CoverageSetup {
             law: Law::Linear,
             gain_per_s: 1.0,
             speed_cap: MetersPerSecond::new(0.3),
@@ -154,12 +154,12 @@ mod tests {
         percept
     }
 
-    fn step(setup: ControllerSetup, percept: &Percept) -> Command {
+    fn step(setup: CoverageSetup, percept: &Percept) -> Command {
         CoverageController::new(RobotId::first(0), setup).step(percept, &mut ())
     }
 
     /// Where a robot heads that has a goal.
-    fn goal_of(setup: ControllerSetup, percept: &Percept) -> BodyVector {
+    fn goal_of(setup: CoverageSetup, percept: &Percept) -> BodyVector {
         step(setup, percept).estimated_error.expect("it has a cell with mass")
     }
 
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_speed_cap_shortens_the_velocity_but_not_the_goal() {
-        let fast = ControllerSetup { gain_per_s: 10.0, ..setup() };
+        let fast = CoverageSetup { gain_per_s: 10.0, ..setup() };
         let command = step(fast, &percept(1.0, &[(0.1, 0.0)]));
         assert!((command.velocity.length() - 0.3).abs() < 1e-15);
         assert!((command.estimated_error.unwrap().length() - 0.15).abs() < 1e-15);
@@ -218,14 +218,14 @@ mod tests {
 
     #[test]
     fn the_uniform_law_ignores_the_light() {
-        let uniform = ControllerSetup { law: Law::Uniform, ..setup() };
+        let uniform = CoverageSetup { law: Law::Uniform, ..setup() };
         let neighbors = [(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)];
         assert_eq!(goal_of(uniform, &percept(0.0, &neighbors)), goal_of(uniform, &percept(9.0, &neighbors)));
     }
 
     #[test]
     fn the_exact_law_agrees_with_the_linear_one_where_the_field_is_flat() {
-        let exact = ControllerSetup { law: Law::Exact, ..setup() };
+        let exact = CoverageSetup { law: Law::Exact, ..setup() };
         let mut percept = percept(2.0, &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]);
         percept.field.push(protocol::percept::FieldComponent::Constant(2.0));
         let difference = goal_of(exact, &percept).0 - goal_of(setup(), &percept).0;
@@ -238,8 +238,8 @@ mod tests {
         cell
     }
 
-    fn quadratic() -> ControllerSetup {
-        ControllerSetup { law: Law::Quadratic, neighbor_timeout_ticks: 4, ..setup() }
+    fn quadratic() -> CoverageSetup {
+        CoverageSetup { law: Law::Quadratic, neighbor_timeout_ticks: 4, ..setup() }
     }
 
     /// Neighbors around a robot that all read a field, and the robot that reads it and its gradient.
@@ -295,9 +295,9 @@ mod tests {
         percept.walls.extend([wall(0.75, 0.0), wall(0.5, FRAC_PI_2)]);
         percept.walls.extend([wall(0.25, PI), wall(0.5, -FRAC_PI_2)]);
         for gradient in [GradientMode::Measured, GradientMode::Fixed(2.0)] {
-            let linear = ControllerSetup { gradient, ..setup() };
-            let off = goal_of(ControllerSetup { gradient, ..quadratic() }, &percept).0
-                - goal_of(linear, &percept).0;
+            let linear = CoverageSetup { gradient, ..setup() };
+            let off =
+                goal_of(CoverageSetup { gradient, ..quadratic() }, &percept).0 - goal_of(linear, &percept).0;
             assert!(off.norm() < 1e-14, "{off}");
         }
     }
@@ -334,7 +334,7 @@ mod tests {
                 delivery.packet = shares(index, light);
             }
             let gradient = if fixed { GradientMode::Fixed(5.0) } else { GradientMode::Measured };
-            let mut controller = CoverageController::new(RobotId::first(0), ControllerSetup { gradient, ..quadratic() });
+            let mut controller = CoverageController::new(RobotId::first(0), CoverageSetup { gradient, ..quadratic() });
             // Without a goal it stays, which is in the cell.
             let goal = controller.step(&percept, &mut ()).estimated_error.unwrap_or(BodyVector::HERE).0;
             prop_assert!(goal.x.is_finite() && goal.y.is_finite());
@@ -361,7 +361,7 @@ mod tests {
         let heard: [&[(f64, f64)]; 3] = [&[], &[(0.4, 0.0)], &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]];
         for law in [Law::Linear, Law::Quadratic, Law::Uniform, Law::Exact] {
             for (neighbors, light) in heard.into_iter().zip([1.0, f64::MAX, -1.0]) {
-                let (setup, percept) = (ControllerSetup { law, ..setup() }, percept(light, neighbors));
+                let (setup, percept) = (CoverageSetup { law, ..setup() }, percept(light, neighbors));
                 let mut notes = Notes(Vec::new());
                 let watched = CoverageController::new(RobotId::first(0), setup).step(&percept, &mut notes);
                 assert_eq!(notes.0, Stage::ALL, "{law:?} {neighbors:?}");

@@ -1,11 +1,11 @@
 //! The robot's picture of the sensory function: φ̂(q) = φ(p) + ∇φ · (q − p) (eq. 13), here with
 //! p = 0, so c1 = φ(p) and the gradient is [c2 c3]ᵀ.
 
+use crate::setup::GradientMode;
 use nalgebra::Vector2;
 use protocol::{
     frame::BodyVector,
     percept::{Light, Stimulus},
-    setup::GradientMode,
     units::Meters,
 };
 

@@ -1,6 +1,6 @@
 //! Control laws: cell and percept -> goal.
 //!
-//! A law is one file here and one line in [`goal`].
+//! A law is one file here, one line in [`goal`] and its name in [`Law`].
 
 mod exact;
 mod linear;
@@ -12,10 +12,12 @@ use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
     percept::Percept,
-    setup::{ControllerSetup, Law},
 };
 
-use crate::neighbors::NeighborTable;
+use crate::{
+    neighbors::NeighborTable,
+    setup::{CoverageSetup, Law},
+};
 
 /// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay. An empty cell has none.
 ///
@@ -25,7 +27,7 @@ pub fn goal(
     cell: &[Vector2<f64>],
     percept: &Percept,
     neighbors: &NeighborTable,
-    setup: &ControllerSetup,
+    setup: &CoverageSetup,
     stages: &mut dyn StageObserver,
 ) -> Option<BodyVector> {
     let truncates = matches!(setup.law, Law::Linear | Law::Quadratic);

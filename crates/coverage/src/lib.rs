@@ -31,6 +31,7 @@ pub mod quadrature;
 mod reading;
 pub mod refinement;
 pub mod sensory_field;
+pub mod setup;
 pub mod third_moments;
 
 pub use controller::CoverageController;

@@ -37,12 +37,20 @@ struct Life<C> {
     notes: Notes,
 }
 
-impl<C: Controller, N: Fn(RobotId) -> C> InProcess<C, N> {
+impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
     /// Makes robots of these numbers, each with a controller of its own by `new`, whose payloads have up to so many
     /// bytes.
-    pub fn new(robots: impl IntoIterator<Item = u32>, payload_bytes_max: usize, new: N) -> Self {
-        let robots = robots.into_iter().map(RobotId::first).map(|id| Life::new(id, new(id), 0)).collect();
-        Self { robots, new, payload_bytes_max }
+    ///
+    /// # Errors
+    /// The first that `new` fails with.
+    pub fn new(
+        robots: impl IntoIterator<Item = u32>,
+        payload_bytes_max: usize,
+        new: N,
+    ) -> Result<Self, SquadError> {
+        let life = |id| Ok(Life::new(id, new(id)?, 0));
+        let robots = robots.into_iter().map(RobotId::first).map(life).collect::<Result<_, _>>()?;
+        Ok(Self { robots, new, payload_bytes_max })
     }
 }
 
@@ -87,7 +95,7 @@ impl<C: Controller> Life<C> {
     }
 }
 
-impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
+impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess<C, N> {
     fn join_all(
         &mut self,
         answers: &mut Answers,
@@ -114,7 +122,7 @@ impl<C: Controller, N: Fn(RobotId) -> C> Squad for InProcess<C, N> {
                 ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
                     let id = life.id.reborn();
-                    *life = Life::new(id, (self.new)(id), life.refused);
+                    *life = Life::new(id, (self.new)(id)?, life.refused);
                     life.boot(self.payload_bytes_max)?;
                     *answer = life.answer;
                 }
@@ -184,8 +192,8 @@ mod tests {
     fn of(robots: impl IntoIterator<Item = u32>) -> impl Squad {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         let scenario = Scenario::load(&folder.join("../../scenarios/swarmbots.toml"), &[]).unwrap();
-        let setup = scenario.agent_setup(protocol::setup::Mode::Lockstep).controller;
-        InProcess::new(robots, SHORT_PAYLOAD_BYTES, move |id| CoverageController::new(id, setup))
+        let setup = scenario.coverage_setup(0).unwrap();
+        InProcess::new(robots, SHORT_PAYLOAD_BYTES, move |id| Ok(CoverageController::new(id, setup))).unwrap()
     }
 
     fn squad() -> (impl Squad, AnswersOfAll) {
@@ -299,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_command_that_says_more_than_is_allowed_is_refused_and_counted() {
-        let mut squad = InProcess::new(0..1, 3, |_| Talkative(0));
+        let mut squad = InProcess::new(0..1, 3, |_| Ok(Talkative(0))).unwrap();
         let mut answers = vec![None];
         for tick in 0..5 {
             squad.send(&[Percept::empty(tick)]).unwrap();

@@ -5,7 +5,8 @@
 //! [`run`] plays a scenario in this process, with controllers of your own:
 //!
 //! ```
-//! use engine::InProcess;
+//! use std::convert::Infallible;
+//!
 //! use protocol::{
 //!     command::Command,
 //!     controller::{Controller, StageObserver},
@@ -26,12 +27,12 @@
 //!     }
 //! }
 //!
-//! let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\n\
-//!             controller.gain_per_s = 1\nchannel.range_m = 1";
+//! let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\nchannel.range_m = 1\n\
+//!             [[controller]]\nprogram = [\"beacon\"]";
 //! let scenario = Scenario::parse("beacons", text, &[])?;
-//! let mut squad = InProcess::new(0..scenario.robot_count(), 4, |_| Beacon);
-//! let summary = engine::run(&scenario, &mut squad, &mut [])?;
-//! assert_eq!(summary.ticks, 10);
+//! let beacon = engine::controller(|_, _| Ok::<_, Infallible>(Beacon));
+//! let summary = engine::run(&scenario, &[&beacon], &mut [])?;
+//! assert_eq!((summary.ticks, summary.end.robots_alive), (10, 3));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -42,10 +43,12 @@ mod in_process;
 mod observer;
 pub mod pace;
 mod play;
+mod run;
 pub mod summary;
 
 pub use in_process::InProcess;
 pub use observer::{Observer, ObserverError, RunInfo, TickStamps, TickView};
-pub use play::{Plan, play, run};
+pub use play::{Plan, play};
+pub use run::{NewController, RunError, controller, run};
 /// Words of a squad that observers are told in.
 pub use squad::{Awaited, Incident, Participation, RobotStatus, Waited, Waiting, stop::StopFlag};

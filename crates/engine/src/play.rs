@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use arena::{Arena, metrics::EstimatedErrors, placement::PlacementError};
+use arena::{Arena, metrics::EstimatedErrors};
 use hdrhistogram::Histogram;
 use protocol::{command::Answer, setup::Mode};
 use scenario::Scenario;
@@ -46,20 +46,6 @@ impl Plan {
         overload: Overload::Report,
         shares: true,
     };
-}
-
-/// Runs `scenario` in this process to its end, as fast as it can, by `squad`: an [`InProcess`](crate::InProcess) one,
-/// or a [`Composite`](squad::Composite) where robots have different controllers.
-///
-/// # Errors
-/// If the arena has no room for the robots. A run that fails later says so in its summary.
-pub fn run(
-    scenario: &Scenario,
-    squad: &mut dyn Squad,
-    observers: &mut [&mut dyn Observer],
-) -> Result<Summary, PlacementError> {
-    let mut arena = Arena::new(scenario)?;
-    Ok(play(scenario, &mut arena, squad, Plan::IN_PROCESS, observers, &StopFlag::default()))
 }
 
 /// Runs `scenario`, whose start `arena` is, to its end, and tells `observers`. A squad that fails or an observer that

@@ -157,8 +157,6 @@ mod tests {
 
     use arena::Arena;
     use coverage::CoverageController;
-    use engine::InProcess;
-    use protocol::{payload::SHORT_PAYLOAD_BYTES, setup::Mode};
 
     use super::*;
 
@@ -166,7 +164,6 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let overrides: Vec<_> = overrides.iter().map(|entry| entry.parse().unwrap()).collect();
         let scenario = Scenario::load(&folder.join("../../scenarios/one-gaussian.toml"), &overrides).unwrap();
-        let setup = scenario.agent_setup(Mode::Lockstep).controller;
         let start = Arena::new(&scenario)
             .unwrap()
             .poses()
@@ -174,10 +171,9 @@ mod tests {
             .map(|pose| [pose.position.x, pose.position.y])
             .collect();
         let mut trial = Trial::new(&scenario, start);
-        let mut squad = InProcess::new(0..scenario.robot_count(), SHORT_PAYLOAD_BYTES, |id| {
-            CoverageController::new(id, setup)
-        });
-        engine::run(&scenario, &mut squad, &mut [&mut trial]).unwrap();
+        let paper =
+            engine::controller(|id, params| params.decode().map(|setup| CoverageController::new(id, setup)));
+        engine::run(&scenario, &[&paper], &mut [&mut trial]).unwrap();
         trial.record().unwrap()
     }
 

@@ -53,7 +53,7 @@ impl Rings {
                 let ring = &mut rings[((reach(x, y) / width_m) as usize).min(count - 1)];
                 let seen = field.seen_from(&Pose::unturned(ArenaPoint::new(x, y)));
                 ring.0 += patch;
-                ring.1 += patch * field.light(&seen).value.max(0.0).sqrt();
+                ring.1 += patch * Field::light(&seen, true).value.max(0.0).sqrt();
             }
         }
         for ring in &mut rings {

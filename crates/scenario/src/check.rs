@@ -6,11 +6,10 @@
 use std::iter;
 
 use protocol::percept::COMPONENTS_MAX;
-use protocol::setup::Law;
 
 use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
-use super::controller::{ControllerSpec, Gradient};
+use super::controller::{Gradient, LawSpec};
 use super::fault;
 use super::file::FieldSpec;
 use super::light::LightSpec;
@@ -54,10 +53,15 @@ pub(super) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Res
     positions_in_arena(scenario)?;
     positions_apart(scenario)?;
     field(&scenario.field)?;
-    gain(scenario)?;
-    cell_cap(&scenario.controller)?;
-    bounded_cells(scenario)?;
-    light(scenario)?;
+    for (index, law) in scenario.controllers.iter().enumerate().filter_map(|(at, it)| Some((at, it.law()?))) {
+        let entry = format!("controller.{index}");
+        let path = if is_given(&entry) { &entry } else { "controller" };
+        gain(path, law, scenario)?;
+        cell_cap(path, law)?;
+        bounded_cells(path, law, scenario)?;
+        light(path, law, scenario)?;
+    }
+    light_of_lamps(scenario)?;
     reach(&scenario.channel)?;
     cycle(scenario)?;
     clocks(scenario)?;
@@ -187,30 +191,32 @@ fn field(field: &FieldSpec) -> Result<(), Problem> {
     Ok(())
 }
 
-fn cell_cap(controller: &ControllerSpec) -> Result<(), Problem> {
-    let cap_m = controller.cell_cap_m.map_or(0.0, Positive::get);
+fn cell_cap(path: &str, law: &LawSpec) -> Result<(), Problem> {
+    let cap_m = law.cell_cap_m.map_or(0.0, Positive::get);
     ensure(cap_m <= CELL_CAP_MAX_M, || {
-        let message = format!(
-            "controller.cell_cap_m = {cap_m:e} is beyond {CELL_CAP_MAX_M:e}, the side of the largest arena"
-        );
-        problem(&["controller.cell_cap_m"], message).hint("without the key cells are not capped")
+        let path = format!("{path}.cell_cap_m");
+        let message =
+            format!("{path} = {cap_m:e} is beyond {CELL_CAP_MAX_M:e}, the side of the largest arena");
+        problem(&[&path], message).hint("without the key cells are not capped")
     })
 }
 
 /// The `exact` law integrates over the whole cell, so the cell must end somewhere near.
-fn bounded_cells(scenario: &Scenario) -> Result<(), Problem> {
-    let bounded = scenario.arena.boundary_sensing || scenario.controller.cell_cap_m.is_some();
-    ensure(scenario.controller.law != Law::Exact || bounded, || {
-        let message = "controller.law = \"exact\" needs bounded cells: robots that sense no walls may have \
-                       cells hundreds of meters long";
-        problem(&["controller.law"], message)
+fn bounded_cells(path: &str, law: &LawSpec, scenario: &Scenario) -> Result<(), Problem> {
+    let bounded = scenario.arena.boundary_sensing || law.cell_cap_m.is_some();
+    ensure(!law.law.needs_field() || bounded, || {
+        let message = format!(
+            "{path}.law = \"exact\" needs bounded cells: robots that sense no walls may have cells hundreds of meters \
+             long"
+        );
+        problem(&[&format!("{path}.law")], message)
             .hint("set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)")
     })
 }
 
 /// A command stands for a whole neighbor cycle.
-fn gain(scenario: &Scenario) -> Result<(), Problem> {
-    let (gain_per_s, cycle_s) = (scenario.controller.gain_per_s.get(), scenario.cycle_s());
+fn gain(path: &str, law: &LawSpec, scenario: &Scenario) -> Result<(), Problem> {
+    let (gain_per_s, cycle_s) = (law.gain_per_s.get(), scenario.cycle_s());
     let product = gain_per_s * cycle_s;
     let span = if cycle_s == scenario.step_s.get() { "step_s" } else { "channel.cycle_s" };
     ensure(product <= MAX_GAIN_STEP, || {
@@ -221,11 +227,22 @@ fn gain(scenario: &Scenario) -> Result<(), Problem> {
             short(product),
             floor_to_three_digits(MAX_GAIN_STEP / gain_per_s)
         );
-        problem(&["controller.gain_per_s", span], message)
+        problem(&[&format!("{path}.gain_per_s"), span], message)
     })
 }
 
-fn light(scenario: &Scenario) -> Result<(), Problem> {
+/// Light by which a law can go.
+fn light(path: &str, law: &LawSpec, scenario: &Scenario) -> Result<(), Problem> {
+    let is_fixed = matches!(law.gradient, Gradient::Fixed { .. });
+    ensure(is_fixed || scenario.light == LightSpec::Ideal || scenario.field.lamp.is_empty(), || {
+        let path = format!("{path}.gradient");
+        let message =
+            format!("a ring of diodes tells a direction, but no gradient: it needs {path} = \"fixed\"");
+        problem(&["light.sensor", &path], message)
+    })
+}
+
+fn light_of_lamps(scenario: &Scenario) -> Result<(), Problem> {
     let LightSpec::Ring(ring) = &scenario.light else { return Ok(()) };
     ensure(!scenario.field.lamp.is_empty(), || {
         problem(&["light.sensor"], "light.sensor = \"ring\" needs lamps, and the field has none")
@@ -249,12 +266,7 @@ fn light(scenario: &Scenario) -> Result<(), Problem> {
             problem(&[&format!("light.{key}")], message)
         })?;
     }
-    ensure(matches!(scenario.controller.gradient, Gradient::Fixed { .. }), || {
-        problem(
-            &["light.sensor", "controller.gradient"],
-            "a ring of diodes tells a direction, but no gradient: it needs controller.gradient = \"fixed\"",
-        )
-    })
+    Ok(())
 }
 
 fn reach(channel: &ChannelSpec) -> Result<(), Problem> {

@@ -17,6 +17,9 @@ use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
 
+/// The table that may be several.
+const MAY_BE_ARRAY: &str = "controller";
+
 /// In the path of an override: every entry of an array.
 const EVERY: &str = "*";
 
@@ -81,9 +84,18 @@ impl<'a> Document<'a> {
         table.map(|(key, _)| key.get_ref().to_string()).collect()
     }
 
+    /// How many entries the array at a path has; `None` if there is none.
+    pub(super) fn entries(&self, path: &str) -> Option<usize> {
+        let node = path.split('.').try_fold(&self.root, child)?;
+        node.get_ref().as_array().map(|entries| entries.len())
+    }
+
     /// Serde would read `[[channel]]` as a list of the fields of `[channel]`, and forget those to spare.
     fn refuse_arrays_for_tables(&self) -> Result<(), ScenarioError> {
-        let mut tables = TABLES.iter().filter_map(|name| Some((name, child(&self.root, name)?)));
+        let mut tables = TABLES
+            .iter()
+            .filter(|name| **name != MAY_BE_ARRAY)
+            .filter_map(|name| Some((name, child(&self.root, name)?)));
         match tables.find(|(_, node)| node.get_ref().is_array()) {
             None => Ok(()),
             Some((name, array)) => Err(ScenarioError {

@@ -13,6 +13,16 @@ pub enum Place {
     Override(String),
 }
 
+/// Where something of a scenario was written: no part of what it means, so all origins are equal.
+#[derive(Clone, Debug, Default)]
+pub struct Origin(pub Option<Place>);
+
+impl PartialEq for Origin {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
 /// Why a scenario cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {

@@ -160,6 +160,7 @@ fn expectation(expected: &str) -> &str {
         "a nonzero u32" => "a whole number from 1 to 4294967295",
         "a boolean" => "true or false",
         "a sequence" => "an array",
+        "a map" => "a table",
         _ if expected.starts_with("struct ") => "a table",
         other => other,
     }

@@ -13,7 +13,7 @@ use protocol::packet::frame_bytes;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::error::{Place, ScenarioError};
+use super::error::{Origin, ScenarioError};
 use super::number::Xy;
 use super::number::{Finite, NonNegative, Positive};
 use super::problem::Problem;
@@ -48,16 +48,6 @@ pub struct Window {
     pub from_s: NonNegative,
     /// When it ends, seconds; `None` with the run. Who was killed is restarted then.
     pub until_s: Option<NonNegative>,
-}
-
-/// Where something of a scenario was written: no part of what it means, so all origins are equal.
-#[derive(Clone, Debug, Default)]
-pub struct Origin(pub Option<Place>);
-
-impl PartialEq for Origin {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
 }
 
 /// A disc of the arena.

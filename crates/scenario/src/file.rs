@@ -6,7 +6,7 @@
 
 mod arena;
 mod channel;
-mod controller;
+pub(crate) mod controller;
 mod convergence;
 mod field;
 mod fuzz;
@@ -37,7 +37,7 @@ pub use fuzz::FuzzSpec;
 pub use output::OutputSpec;
 pub use processes::{OnHang, ProcessesSpec};
 
-use controller::ControllerKeys;
+use controller::ControllerTables;
 use light::LightKeys;
 use robots::RobotsKeys;
 use sensors::SensorsKeys;
@@ -87,8 +87,8 @@ pub(crate) struct File {
     /// Other sensors.
     #[serde(default)]
     sensors: SensorsKeys,
-    /// The controller every robot runs.
-    controller: ControllerKeys,
+    /// Who thinks for the robots: `[controller]` for all, or a `[[controller]]` for some each.
+    controller: Deferred<ControllerTables>,
     /// The infrared channel: who hears whom, and how well.
     channel: ChannelKeys,
     /// When the swarm counts as converged.
@@ -114,13 +114,19 @@ impl File {
         self.fault.len()
     }
 
-    /// What the file named `source_name` means, with its fault plan.
-    pub(crate) fn resolve(self, source_name: &str, fault: Vec<Fault>) -> Result<Scenario, Problem> {
+    /// What the file named `source_name` means, with its controllers and its fault plan.
+    pub(crate) fn resolve(
+        self,
+        source_name: &str,
+        controllers: Vec<controller::Entry>,
+        fault: Vec<Fault>,
+    ) -> Result<Scenario, Problem> {
         let robots = self.robots.resolve()?;
         let channel = self.channel.resolve(self.step_s)?;
         let sensors = self.sensors.resolve(robots.drive)?;
         let light = self.light.resolve()?;
-        let controller = self.controller.resolve(time_out::default_cycles(&channel, &fault))?;
+        let timeout_cycles = time_out::default_cycles(&channel, &fault);
+        let controllers = controller::resolve(controllers, source_name, robots.count, timeout_cycles)?;
         Ok(Scenario {
             name: if self.name.is_empty() { file_stem(source_name) } else { self.name },
             description: self.description,
@@ -132,7 +138,7 @@ impl File {
             field: self.field,
             light,
             sensors,
-            controller,
+            controllers,
             channel,
             convergence: self.convergence,
             processes: self.processes,
@@ -146,6 +152,7 @@ impl File {
 
 impl From<Scenario> for File {
     fn from(scenario: Scenario) -> Self {
+        let count = scenario.robot_count();
         Self {
             name: scenario.name,
             description: scenario.description,
@@ -157,7 +164,7 @@ impl From<Scenario> for File {
             field: scenario.field,
             light: scenario.light.into(),
             sensors: scenario.sensors.into(),
-            controller: scenario.controller.into(),
+            controller: Deferred::written(ControllerTables::of(scenario.controllers, count)),
             channel: scenario.channel.into(),
             convergence: scenario.convergence,
             processes: scenario.processes,

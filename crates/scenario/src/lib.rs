@@ -31,13 +31,15 @@ mod sensors;
 mod steps;
 mod time_out;
 
-use protocol::setup::{AgentSetup, ClockSetup, Closure, ControllerSetup, Mode, Plane};
+use coverage::setup::{Closure, CoverageSetup};
+use protocol::params::Params;
+use protocol::setup::{AgentSetup, ClockSetup, Mode, Plane};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 
 pub use channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profile};
 pub use check::MAX_GAIN_STEP;
-pub use controller::{ControllerSpec, Gradient};
-pub use error::{Place, ScenarioError};
+pub use controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec};
+pub use error::{Origin, Place, ScenarioError};
 pub use fault::{Fault, FaultKind};
 pub use file::{
     ArenaSpec, ConvergenceSpec, FieldSpec, FuzzSpec, GaussianSpec, LampSpec, OnHang, OutputSpec,
@@ -87,8 +89,8 @@ pub struct Scenario {
     pub light: LightSpec,
     /// Other sensors.
     pub sensors: SensorsSpec,
-    /// The controller every robot runs.
-    pub controller: ControllerSpec,
+    /// Who thinks for whom: each robot is in one of them.
+    pub controllers: Vec<Controller>,
     /// The infrared channel: who hears whom, and how well.
     pub channel: ChannelSpec,
     /// When the swarm counts as converged.
@@ -113,7 +115,8 @@ impl Scenario {
         let file: File = document.deserialize()?;
         let plan = (0..file.faults()).map(|index| fault::read(&document, index));
         let plan = plan.collect::<Result<Vec<_>, _>>()?;
-        let resolved = file.resolve(source_name, plan).and_then(|mut scenario| {
+        let controllers = file::controller::read(&document)?;
+        let resolved = file.resolve(source_name, controllers, plan).and_then(|mut scenario| {
             check::check(&scenario, &|path| document.place_of_given(path).is_some())?;
             steps::settle(&mut scenario, &|path| document.place_of_given(path))?;
             Ok(scenario)
@@ -136,10 +139,44 @@ impl Scenario {
         tick == 0 || self.cycle_of(tick) != self.cycle_of(tick - 1)
     }
 
-    /// Ticks for which a neighbor that is not heard is remembered: rounded down, so that silence of as many cycles is
-    /// always seen; at least 1. What a `u32` cannot hold is longer than any run.
-    pub fn neighbor_timeout_ticks(&self) -> u32 {
-        let cycles = self.controller.neighbor_timeout_cycles.get();
+    /// The controller of a robot.
+    pub fn controller_of(&self, robot: u32) -> &Controller {
+        let controller = self.controllers.iter().find(|it| it.robots.contains(robot));
+        controller.expect("reading has made sure that every robot has one")
+    }
+
+    /// The laws of the paper among the controllers.
+    pub fn laws(&self) -> impl Iterator<Item = &LawSpec> + Clone {
+        self.controllers.iter().filter_map(Controller::law)
+    }
+
+    /// Makes sure that every program can be started, and knows its path: for who starts processes.
+    ///
+    /// # Errors
+    /// If one is missing or not executable.
+    pub fn find_programs(&mut self) -> Result<(), ScenarioError> {
+        self.controllers.iter_mut().try_for_each(Controller::find_program)
+    }
+
+    /// Makes sure that laws think for all robots: for who starts no processes. `instead` says what is to be done.
+    ///
+    /// # Errors
+    /// If a program thinks for some.
+    pub fn refuse_programs(&self, instead: &str) -> Result<(), ScenarioError> {
+        let of_program = |it: &Controller| Some((it.clone(), it.program()?.command[0].clone()));
+        match self.controllers.iter().find_map(of_program) {
+            None => Ok(()),
+            Some((controller, program)) => {
+                let robots = &controller.robots;
+                Err(controller.error(format!("robots {robots} need processes: they run {program}"), instead))
+            }
+        }
+    }
+
+    /// Ticks for which robots with this controller remember a neighbor that is not heard: rounded down, so that silence
+    /// of as many cycles is always seen; at least 1. What a `u32` cannot hold is longer than any run.
+    pub fn neighbor_timeout_ticks(&self, controller: &Controller) -> u32 {
+        let cycles = controller.neighbor_timeout_cycles().get();
         let ticks = steps::whole_part(f64::from(cycles) * self.cycle_s() / self.step_s.get());
         u32::try_from(ticks).unwrap_or(u32::MAX).max(1)
     }
@@ -179,7 +216,7 @@ impl Scenario {
         &self.field.lamp
     }
 
-    /// Returns what robots are granted to sense, beside the packets that they hear.
+    /// Returns what robots are granted to sense, beside the packets that they hear: each sensor that one of them has.
     pub fn granted(&self) -> Vec<Sensor> {
         let sensors = [
             (Sensor::Light, true),
@@ -188,22 +225,46 @@ impl Scenario {
             (Sensor::Odometry, self.sensors.odometry.is_some()),
             (Sensor::Compass, self.sensors.compass),
             (Sensor::Position, self.sensors.position),
-            (Sensor::Field, self.controller.law == protocol::setup::Law::Exact),
+            (Sensor::Field, self.controllers.iter().any(Controller::senses_field)),
         ];
         sensors.into_iter().filter(|(_, granted)| *granted).map(|(sensor, _)| sensor).collect()
     }
 
-    /// Returns the setup of each agent before its first tick: the same for all, and silent about how many there are.
-    pub fn agent_setup(&self, mode: Mode) -> AgentSetup {
+    /// Returns the setup of an agent with this controller before its first tick: the same for all such, and silent about
+    /// how many there are.
+    pub fn agent_setup(&self, mode: Mode, controller: &Controller) -> AgentSetup {
         let cycle = seconds(self.channel.cycle_s);
         let clock = ClockSetup {
             drift_ppm: self.processes.clock_drift_ppm.get(),
             jitter: Seconds::new(self.processes.timer_jitter_s.get()).expect("it is a finite number"),
             seed: self.seed.get(),
         };
-        let (plane, controller) = (self.plane(mode), self.controller_setup());
-        let payload_bytes_max = self.channel.payload_bytes_max.get();
-        AgentSetup { mode, plane, payload_bytes_max, cycle, clock, controller, pid_namespace: None }
+        AgentSetup {
+            mode,
+            plane: self.plane(mode),
+            payload_bytes_max: self.channel.payload_bytes_max.get(),
+            cycle,
+            clock,
+            params: self.params(controller),
+            pid_namespace: None,
+        }
+    }
+
+    /// Returns the parameters of a controller as its robots get them.
+    pub fn params(&self, controller: &Controller) -> Params {
+        match &controller.mind {
+            Mind::Law(law) => {
+                Params::encoded(&self.setup_of_law(law, self.neighbor_timeout_ticks(controller)))
+            }
+            Mind::Program(program) => Params::of_json(program.json()),
+        }
+    }
+
+    /// Returns the setup of a robot's law; `None` if a program thinks for it.
+    pub fn coverage_setup(&self, robot: u32) -> Option<CoverageSetup> {
+        let controller = self.controller_of(robot);
+        let law = controller.law()?;
+        Some(self.setup_of_law(law, self.neighbor_timeout_ticks(controller)))
     }
 
     /// Returns the plane for messages between the arena and agents that keep time like this.
@@ -221,9 +282,8 @@ impl Scenario {
         ((time_s.get() / self.step_s.get()).round() as u64).max(1)
     }
 
-    fn controller_setup(&self) -> ControllerSetup {
-        let spec = &self.controller;
-        ControllerSetup {
+    fn setup_of_law(&self, spec: &LawSpec, neighbor_timeout_ticks: u32) -> CoverageSetup {
+        CoverageSetup {
             law: spec.law,
             gain_per_s: spec.gain_per_s.get(),
             speed_cap: self.robots.speed_limit_m_per_s.map(meters_per_second),
@@ -234,7 +294,7 @@ impl Scenario {
                 close_distance: meters(spec.close_distance_m),
                 cap: spec.cell_cap_m.map(meters),
             },
-            neighbor_timeout_ticks: self.neighbor_timeout_ticks(),
+            neighbor_timeout_ticks,
         }
     }
 }

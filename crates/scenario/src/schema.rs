@@ -11,23 +11,7 @@ pub fn schema_json() -> String {
     format!("{:#}\n", schema.as_value())
 }
 
-// `protocol::setup::Law` as the schema sees it, so that `protocol` need not know schemars.
-/// How a robot chooses where to go.
-#[derive(JsonSchema)]
-#[serde(rename = "Law", rename_all = "kebab-case")]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(super) enum LawName {
-    /// The paper: φ estimated by value and gradient at the robot (eq. 10 to 18).
-    Linear,
-    /// The paper's outlook: φ fitted by a quadratic to the robot's own reading and its neighbors'.
-    Quadratic,
-    /// φ constant: plain Lloyd descent, no light needed.
-    Uniform,
-    /// The optimal baseline: the true field is known (Cortés et al.).
-    Exact,
-}
-
-// `protocol::setup::Plane` likewise.
+// `protocol::setup::Plane` as the schema sees it, so that `protocol` need not know schemars.
 /// Transport of percepts and commands between the arena and its agents.
 #[derive(JsonSchema)]
 #[serde(rename = "Plane", rename_all = "kebab-case")]
@@ -43,7 +27,6 @@ pub(super) enum PlaneName {
 mod tests {
     use std::collections::BTreeSet;
 
-    use protocol::setup::Law;
     use schemars::schema_for;
     use serde_json::Value;
 
@@ -56,22 +39,5 @@ mod tests {
         let properties = schema.get("properties").and_then(Value::as_object).expect("the keys at the top");
         let tables = properties.iter().filter(|(_, key)| key.get("$ref").is_some());
         assert_eq!(tables.map(|(name, _)| name.as_str()).collect::<BTreeSet<_>>(), BTreeSet::from(TABLES));
-    }
-
-    #[test]
-    fn the_schema_names_every_law() {
-        let all = |law: Law| match law {
-            // A new law fails to compile here: add it to `LawName` too.
-            Law::Linear | Law::Quadratic | Law::Uniform | Law::Exact => {
-                serde_json::to_value(law).expect("a name").to_string()
-            }
-        };
-        let laws = BTreeSet::from([Law::Linear, Law::Quadratic, Law::Uniform, Law::Exact].map(all));
-        let schema = schema_for!(LawName);
-        let variants = schema.get("oneOf").and_then(Value::as_array).expect("a list of variants");
-        assert_eq!(
-            variants.iter().map(|variant| variant["const"].to_string()).collect::<BTreeSet<_>>(),
-            laws
-        );
     }
 }

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use coverage::setup::GradientMode;
 use expect_test::{Expect, expect};
 use proptest::prelude::*;
-use protocol::setup::{GradientMode, Mode, Plane};
+use protocol::setup::{Mode, Plane};
 use scenario::{
     Access, BYTES_MAX, ChannelModel, NonNegative, Override, SEED_MAX, STEPS_MAX, Scenario, ScenarioError,
     schema_json,
@@ -279,7 +280,7 @@ mod reading {
     fn a_neighbor_is_remembered_for_four_cycles_wherever_packets_can_be_lost_or_late() {
         let cycles = |overrides: &[&str]| {
             let scenario = parse(SMALLEST, overrides).unwrap_or_else(|error| panic!("{error}"));
-            scenario.controller.neighbor_timeout_cycles.get()
+            scenario.controllers[0].neighbor_timeout_cycles().get()
         };
         for overrides in [
             &["channel.loss=0.3"][..],
@@ -365,15 +366,19 @@ mod reading {
     #[test]
     fn agents_are_told_what_the_swarmbots_file_says() {
         let scenario = Scenario::load(&scenarios().join("swarmbots.toml"), &[]).expect("a good scenario");
-        let setup = scenario.agent_setup(Mode::Lockstep);
-        assert_eq!(setup.cycle.get(), 0.1);
-        assert_eq!(setup.plane, Plane::Blackboard);
-        assert_eq!(scenario.agent_setup(Mode::Realtime).plane, Plane::PublishSubscribe);
-        assert_eq!(setup.controller.gradient, GradientMode::Fixed(1000.0));
-        assert_eq!(setup.controller.neighbor_timeout_ticks, 1);
-        assert_eq!(setup.controller.speed_cap.map(|cap| cap.get()), Some(0.3));
-        assert_eq!(setup.controller.closure.close_distance.get(), 0.25);
-        assert_eq!(setup.controller.closure.cap, None);
+        let agent = |mode| scenario.agent_setup(mode, &scenario.controllers[0]);
+        let told = agent(Mode::Lockstep);
+        assert_eq!(
+            (told.cycle.get(), told.plane, told.params.decode().ok()),
+            (0.1, Plane::Blackboard, scenario.coverage_setup(0))
+        );
+        assert_eq!(agent(Mode::Realtime).plane, Plane::PublishSubscribe);
+        let setup = scenario.coverage_setup(49).expect("a law");
+        assert_eq!(setup.gradient, GradientMode::Fixed(1000.0));
+        assert_eq!(setup.neighbor_timeout_ticks, 1);
+        assert_eq!(setup.speed_cap.map(|cap| cap.get()), Some(0.3));
+        assert_eq!(setup.closure.close_distance.get(), 0.25);
+        assert_eq!(setup.closure.cap, None);
         assert_eq!(scenario.lamps().len(), 2);
     }
 
@@ -664,8 +669,8 @@ mod refusing {
             "[channel]",
             "\"a\\nb\" = 1\n[channel]",
             expect![[r#"
-            x.toml:13: unknown key `a\nb` in [controller]
-            hint: one of `law`, `gain_per_s`, `gradient`, `gradient_magnitude_per_m`, `neighbor_timeout_cycles`, `triangle_base_m`, `triangle_height_m`, `close_distance_m`, `cell_cap_m`"#]],
+                x.toml:13: unknown key `a\nb` in [controller]
+                hint: one of `robots`, `law`, `gain_per_s`, `gradient`, `gradient_magnitude_per_m`, `neighbor_timeout_cycles`, `triangle_base_m`, `triangle_height_m`, `close_distance_m`, `cell_cap_m`"#]],
         );
         check_text(
             &format!("{SMALLEST}[processes]\ntimeout_s = 1\n"),

@@ -6,7 +6,6 @@
 #![deny(unsafe_code)]
 
 pub mod clock;
-pub mod codec;
 pub mod control;
 pub mod doorbell;
 pub mod footprint;

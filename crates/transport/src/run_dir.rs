@@ -4,7 +4,7 @@
 //! owner       locked (flock) by who made the run and will remove it: the supervisor, or an arena alone
 //! arena       locked by the arena while it lives: what agents ask
 //! scenario.toml   the scenario as resolved
-//! setup.bin   what every agent is told at its start (`codec`)
+//! setup.bin   what agents are told at their start (`codec`); `setup.ROBOT` where controllers differ
 //! doorbell    the page of `doorbell`
 //! live        a socket that tells how the run goes, for its owner alone
 //! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
@@ -35,11 +35,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    codec,
     owner::Owner,
     shared_memory::{PATH as SHARED_MEMORY, SharedMemory, SharedMemoryError},
 };
-use protocol::robot_id::RobotId;
+use protocol::{codec, robot_id::RobotId};
 
 const PREFIX: &str = "lamplight-";
 /// Longest name of a run: iceoryx2 adds some 60 characters, a file name ends at 255.
@@ -328,9 +327,39 @@ impl RunDir {
         self.path().join("scenario.toml")
     }
 
-    /// Path of the setup that every agent reads at its start.
+    /// Path of the setup that every agent reads at its start that has none of its own.
     pub fn setup_path(&self) -> PathBuf {
         self.path().join("setup.bin")
+    }
+
+    /// Writes the setups of all agents. Robots of `others` find theirs under their own names, linked to one file for
+    /// each, and all the rest find `common`: so no robot learns who else there is.
+    pub fn tell_setups(&self, common: &[u8], others: &[(Vec<u32>, Vec<u8>)]) -> io::Result<()> {
+        fs::write(self.setup_path(), common)?;
+        for (entry, (robots, setup)) in (1..).zip(others) {
+            let file = self.path().join(format!("setup-{entry}.bin"));
+            fs::write(&file, setup)?;
+            for robot in robots {
+                match fs::hard_link(&file, self.own_setup_path(*robot)) {
+                    // Of an earlier trial: it is the same file.
+                    Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                    linked => linked?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An agent reads its setup.
+    pub fn setup_of(&self, robot: u32) -> io::Result<Vec<u8>> {
+        match fs::read(self.own_setup_path(robot)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => fs::read(self.setup_path()),
+            read => read,
+        }
+    }
+
+    fn own_setup_path(&self, robot: u32) -> PathBuf {
+        self.path().join(format!("setup.{robot}"))
     }
 
     /// The doorbell page.

@@ -10,12 +10,25 @@ use protocol::{
     frame::BodyVector,
     percept::{Percept, Stimulus},
 };
+use serde::Deserialize;
 
-const SPEED_M_PER_S: f64 = 0.1;
+/// What the scenario may say of it: `params = { speed_m_per_s = 0.2 }`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Settings {
+    speed_m_per_s: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { speed_m_per_s: 0.1 }
+    }
+}
+
 /// Robots nearer than this push away from each other.
 const NEAR_M: f64 = 0.25;
 
-struct Phototaxis;
+struct Phototaxis(Settings);
 
 impl Controller for Phototaxis {
     fn boot(&mut self) -> Command {
@@ -23,21 +36,22 @@ impl Controller for Phototaxis {
     }
 
     fn step(&mut self, percept: &Percept, _: &mut dyn StageObserver) -> Command {
+        let speed = self.settings.speed_m_per_s;
         let mut velocity = match percept.light.stimulus {
-            Stimulus::Gradient(gradient) => gradient.capped(SPEED_M_PER_S).0,
-            Stimulus::Bearing(bearing) => BodyVector::new(SPEED_M_PER_S, 0.0).turned(bearing.get()).0,
+            Stimulus::Gradient(gradient) => gradient.capped(speed).0,
+            Stimulus::Bearing(bearing) => BodyVector::new(speed, 0.0).turned(bearing.get()).0,
             Stimulus::None => BodyVector::HERE.0,
         };
         for heard in percept.deliveries.iter().filter(|heard| heard.range.get() < NEAR_M) {
-            let push = SPEED_M_PER_S * (1.0 - heard.range.get() / NEAR_M);
+            let push = speed * (1.0 - heard.range.get() / NEAR_M);
             velocity -= BodyVector::new(2.0 * push, 0.0).turned(heard.bearing.get()).0;
         }
         // It has no estimated error: it does not know how far it is from where it wants to be. Nor does it tell
         // others anything but that it is there: its packets have no payload.
-        Command { velocity: BodyVector(velocity).capped(SPEED_M_PER_S), ..Command::REST }
+        Command { velocity: BodyVector(velocity).capped(speed), ..Command::REST }
     }
 }
 
 fn main() -> ExitCode {
-    robot_agent::main(|_, _| Phototaxis)
+    robot_agent::main(|_, params| params.json().map(Phototaxis))
 }

@@ -121,7 +121,17 @@ impl Plan {
                     .chain(robots)
                     .chain(swept)
                     .collect::<anyhow::Result<_>>()?;
-                Setting::new(Scenario::parse(&source, &text, &all)?, values, args.trials)
+                let mut scenario = Scenario::parse(&source, &text, &all)?;
+                match args.engine {
+                    crate::run::Engine::InProcess => scenario.refuse_programs(
+                        "use `lamplight batch --engine processes`, or link the crate `engine` and hand it a constructor",
+                    )?,
+                    crate::run::Engine::Processes if args.exact => {
+                        scenario.refuse_programs("leave out --exact, which plays each trial in process as well")?;
+                    }
+                    crate::run::Engine::Processes => scenario.find_programs()?,
+                }
+                Setting::new(scenario, values, args.trials)
             })
             .collect::<anyhow::Result<_>>()?;
         refuse_equal(&settings)?;
@@ -151,7 +161,8 @@ impl Plan {
                 warnings.push(warning.clone());
             }
         }
-        let cycles = self.settings.iter().map(|it| it.scenario.controller.neighbor_timeout_cycles);
+        let cycles =
+            self.settings.iter().flat_map(|it| it.scenario.laws().map(|law| law.neighbor_timeout_cycles));
         let (least, most) = (cycles.clone().min(), cycles.max());
         let is_swept = self.identity.sweeps.iter().any(|sweep| sweep.key == TIMEOUT);
         if let (Some(least), Some(most), true, false) = (least, most, least != most, is_swept) {

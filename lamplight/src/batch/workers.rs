@@ -14,11 +14,12 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena_daemon::options::{ModeName, OverloadName, RunOptions, ScenarioOptions};
+use coverage::setup::Law;
 use engine::{StopFlag, summary::Ending};
 use observe::{trace::TraceOptions, trial::Record};
 use processes::signals::raise_on_stop;
-use protocol::setup::{Law, Mode};
-use scenario::Scenario;
+use protocol::setup::Mode;
+use scenario::{Controller, RobotSet, Scenario};
 use transport::run_dir::RunDir;
 
 use super::{
@@ -150,7 +151,9 @@ fn done(plan: &Plan, trial: &Trial<'_>, record: Record, stop: &StopFlag) -> anyh
         false => None,
         true => {
             let mut scenario = trial.scenario.clone();
-            scenario.controller.law = Law::Exact;
+            for law in scenario.controllers.iter_mut().filter_map(Controller::law_mut) {
+                law.law = Law::Exact;
+            }
             let exact = in_process::trial(&scenario, stop).and_then(whole);
             exact.with_context(|| format!("{} with the exact controller", named(trial)))?.end.cost_h
         }
@@ -251,7 +254,7 @@ impl<'a> Course<'a> {
 /// that has cut it short, if one has.
 fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
     let Some(Trial { scenario, .. }) = course.present() else { return Ok(None) };
-    let robots = scenario.robot_count();
+    let bodies = bodies(&scenario);
     let (run, owner) = RunDir::create(name::unique(&name::plain(&scenario.name)))?;
     let written = files::replace(&run.scenario_path(), scenario.to_toml());
     let before = (course.missing.len(), course.is_second_time);
@@ -264,11 +267,11 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
             false
         });
         let following = course.present().filter(|_| goes_on).map(|trial| trial.scenario);
-        Ok(following.filter(|scenario| scenario.robot_count() == robots).map(|scenario| scenario.to_toml()))
+        Ok(following.filter(|scenario| self::bodies(scenario) == bodies).map(|scenario| scenario.to_toml()))
     });
     let outcome = written
         .map_err(anyhow::Error::from)
-        .and_then(|()| supervisor::run(&options(&scenario), &run, robots, None, watch, Some(next_trial)));
+        .and_then(|()| supervisor::run(&options(&scenario), &run, &scenario, None, watch, Some(next_trial)));
     run.remove_own(owner)?;
     let nothing_came = before == (course.missing.len(), course.is_second_time);
     match (failed, outcome) {
@@ -280,6 +283,12 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
         (None, Ok(_)) => Ok(None),
         (None, Err(error)) => course.once_more(error).map(|()| None),
     }
+}
+
+/// The robots of a swarm by their programs: what trials must agree on that one swarm plays.
+fn bodies(scenario: &Scenario) -> Vec<(RobotSet, Option<Vec<String>>)> {
+    let body = |it: &Controller| (it.robots.clone(), it.program().map(|program| program.command.clone()));
+    scenario.controllers.iter().map(body).collect()
 }
 
 /// The arena reads the scenario from the run's folder, and says nothing.

@@ -103,7 +103,8 @@ fn channel(base: &Scenario, range_m: Positive, draws: &mut Draws) -> ChannelSpec
         keys.clone().resolve(base.step_s).expect("all keys have a meaning beside each other")
     };
     let as_drawn = resolved(&channel);
-    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / base.controller.gain_per_s.get());
+    let highest_gain_per_s = base.laws().map(|law| law.gain_per_s.get()).fold(0.0, f64::max);
+    let (own_cycle_s, longest_s) = (base.cycle_s(), GAIN_CYCLE_MAX / highest_gain_per_s);
     let its_cycle_s = as_drawn.cycle_s.get();
     let fits = base.step_s.get() <= its_cycle_s && its_cycle_s <= longest_s.min(base.duration_s.get());
     let cycle_s = if fits { its_cycle_s } else { own_cycle_s };

@@ -39,6 +39,7 @@ pub(crate) fn with_robots(scenario: &Scenario, count: u32) -> Option<Scenario> {
     if let Some(headings) = &mut smaller.robots.headings_rad {
         headings.truncate(count as usize);
     }
+    smaller.controllers = scenario.controllers.iter().filter_map(|it| it.among_first(count)).collect();
     smaller.fault = scenario.fault.iter().map(|fault| fault.among_first(count)).collect::<Option<_>>()?;
     Some(smaller)
 }

@@ -1,11 +1,11 @@
 //! The paper's law: φ as its value and gradient at the robot foretell it (eq. 10 to 18).
 
+use crate::setup::GradientMode;
 use nalgebra::Vector2;
 use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
     percept::Light,
-    setup::GradientMode,
 };
 
 use crate::{centroid, estimate::LinearField, polygon::Polygon};

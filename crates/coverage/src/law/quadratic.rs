@@ -6,12 +6,12 @@
 //! goal stays in the cell. Readings beyond reason leave the `linear` goal. A neighbor remembered over
 //! silent cycles counts as when it was heard, one that shares no reading not at all.
 
+use crate::setup::GradientMode;
 use nalgebra::Vector2;
 use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
     percept::Light,
-    setup::GradientMode,
 };
 
 use super::linear;

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use super::{Choice, Direction, Disc, Fault, FaultKind, Origin, Pick, ShareOf, Strikes, Target, Window};
+use super::{Choice, Direction, Disc, Fault, FaultKind, Pick, ShareOf, Strikes, Target, Window};
 use crate::Scenario;
+use crate::error::Origin;
 use crate::number::{Finite, NonNegative, Positive, Probability, Share, Xy};
 use crate::robot_set::{Link, RobotSet};
 

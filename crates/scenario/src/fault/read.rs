@@ -9,9 +9,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Map, Value};
 
-use super::{Choice, Direction, Disc, Fault, FaultKind, Origin, Pick, ShareOf, Strikes, Target, Window};
+use super::{Choice, Direction, Disc, Fault, FaultKind, Pick, ShareOf, Strikes, Target, Window};
 use crate::document::Document;
-use crate::error::ScenarioError;
+use crate::error::{Origin, ScenarioError};
 use crate::explain::suggestion;
 use crate::number::{NonNegative, Share};
 use crate::problem::{Problem, ensure, problem};

@@ -1,53 +1,98 @@
-//! `[controller]`: the control law.
+//! `[controller]` or `[[controller]]`: who thinks for whom.
+//!
+//! One table for all robots, or an array of them, each for some. A table has the keys of the paper's laws, or those of a
+//! program; which, one look at its keys tells, and then serde reads it.
 
 use std::num::NonZeroU32;
+use std::path::{self, Path};
 
-use protocol::setup::Law;
-use schemars::JsonSchema;
+use coverage::setup::Law;
+use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
-use crate::controller::{ControllerSpec, Gradient};
-use crate::file::without_meaning;
+use super::without_meaning;
+use crate::controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec};
+use crate::document::Document;
+use crate::error::{Origin, ScenarioError};
 use crate::number::Positive;
-use crate::problem::{Problem, problem};
-use crate::schema::LawName;
+use crate::problem::{Problem, ensure, problem};
+use crate::robot_set::RobotSet;
 
-/// The controller every robot runs.
+/// One controller for all robots, or several, each for some.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum ControllerTables {
+    /// One for all.
+    One(ControllerTable),
+    /// Each for some.
+    Many(Vec<ControllerTable>),
+}
+
+/// What thinks for some robots.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum ControllerTable {
+    /// A law of the paper.
+    Law(LawKeys),
+    /// A program of its own.
+    Program(ProgramKeys),
+}
+
+/// A control law of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ControllerKeys {
+pub(crate) struct LawKeys {
+    /// Which robots it moves, such as "0-39"; may be left out where there is no other entry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robots: Option<RobotSet>,
     /// Control law.
     #[serde(default = "linear")]
-    #[schemars(with = "LawName")]
-    pub(crate) law: Law,
+    law: Law,
     /// Gain k of eq. 8, per second; k times a neighbor cycle is at most 1.5.
-    pub(crate) gain_per_s: Positive,
+    gain_per_s: Positive,
     /// Where the gradient of φ comes from.
     #[serde(default)]
-    pub(crate) gradient: GradientSource,
+    gradient: GradientSource,
     /// Magnitude of the gradient, sensor counts per meter; with `gradient = "fixed"` and only there.
-    pub(crate) gradient_magnitude_per_m: Option<Positive>,
+    gradient_magnitude_per_m: Option<Positive>,
     /// A neighbor not heard for this many neighbor cycles is forgotten; default 4 wherever packets can be lost or
     /// late: with `channel.loss`, `channel.soft_edge_m`, `channel.occlusion`, any `channel.access` but `"instant"`, or
     /// a fault of kind `loss`, `burst`, `delay`, `corrupt`, `partition` or `jam`. Elsewhere 1, as silence means gone.
-    pub(crate) neighbor_timeout_cycles: Option<NonZeroU32>,
+    neighbor_timeout_cycles: Option<NonZeroU32>,
     /// Base in meters of the triangle that closes the cell of a robot with all neighbors on one bearing.
     #[serde(default = "triangle_side")]
-    pub(crate) triangle_base_m: Positive,
+    triangle_base_m: Positive,
     /// Height of that triangle in meters.
     #[serde(default = "triangle_side")]
-    pub(crate) triangle_height_m: Positive,
+    triangle_height_m: Positive,
     /// Distance in meters of the line that closes a bearing gap of π or more.
     #[serde(default = "close_distance")]
-    pub(crate) close_distance_m: Positive,
+    close_distance_m: Positive,
     /// Distance in meters at which every cell is cut off; without it cells are not capped.
-    pub(crate) cell_cap_m: Option<Positive>,
+    cell_cap_m: Option<Positive>,
+}
+
+/// A program that thinks for a robot, each in a process of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ProgramKeys {
+    /// Which robots it thinks for, such as "40-49"; may be left out where there is no other entry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robots: Option<RobotSet>,
+    /// The program and its first arguments, such as ["./my-robot", "--fast"]. A path is relative to this file; a name
+    /// without a slash is looked for in PATH.
+    program: Vec<String>,
+    /// Parameters of the program: any table without dates, which it gets as JSON.
+    #[serde(default)]
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    params: toml::Table,
 }
 
 /// Where a robot's gradient of φ comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum GradientSource {
+enum GradientSource {
     /// The sensor measures it (Section IV).
     #[default]
     Measured,
@@ -55,24 +100,152 @@ pub(crate) enum GradientSource {
     Fixed,
 }
 
-impl ControllerKeys {
-    /// The law with its parameters, where neighbors are remembered for `timeout_cycles` unless it is given.
-    pub(crate) fn resolve(self, timeout_cycles: NonZeroU32) -> Result<ControllerSpec, Problem> {
+/// A table that has been read.
+pub(crate) struct Entry {
+    path: String,
+    table: ControllerTable,
+    origin: Origin,
+}
+
+/// Reads the tables of a document.
+pub(crate) fn read(document: &Document<'_>) -> Result<Vec<Entry>, ScenarioError> {
+    let entry = |path: String| {
+        let table = table(document, &path)?;
+        Ok(Entry { origin: Origin(Some(document.place_of(&path))), table, path })
+    };
+    match document.entries("controller") {
+        None => Ok(vec![entry("controller".into())?]),
+        Some(0) => {
+            let message = "controller is empty: nobody thinks for the robots";
+            let hint = "give one [controller] for all robots, or a [[controller]] for some each";
+            Err(document.blame(problem(&["controller"], message).hint(hint)))
+        }
+        Some(count) => (0..count).map(|index| entry(format!("controller.{index}"))).collect(),
+    }
+}
+
+fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, ScenarioError> {
+    let keys = document.keys(path);
+    let gives = |key: &str| keys.iter().any(|given| given == key);
+    let refused = |key: &str, message: &str, hint: &str| {
+        Err(document.blame(problem(&[&format!("{path}.{key}")], message).hint(hint)))
+    };
+    if !gives("program") {
+        if gives("params") {
+            let message = "`params` has no meaning without `program`: laws have keys of their own";
+            return refused("params", message, "name the `program` that they are for, or remove them");
+        }
+        return document.read(path, |_| true).map(ControllerTable::Law);
+    }
+    if gives("law") {
+        let message = "an entry has either `law` or `program`, not both";
+        return refused("law", message, "give each an entry in [[controller]], with its `robots`");
+    }
+    let of_laws = LawKeys::json_schema(&mut SchemaGenerator::default());
+    let is_of_laws = |key: &str| key != "robots" && of_laws.pointer(&format!("/properties/{key}")).is_some();
+    if let Some(key) = keys.iter().find(|key| is_of_laws(key)) {
+        let message = format!("`{key}` has no meaning beside `program`: it is for the laws of the paper");
+        return refused(
+            key,
+            &message,
+            &format!("a program has its parameters in `params = {{ {key} = ... }}`"),
+        );
+    }
+    let keys: ProgramKeys = document.read(path, |_| true)?;
+    if keys.program.first().is_none_or(String::is_empty) {
+        let hint = "name it, such as program = [\"./my-robot\"], or give a `law`";
+        return refused("program", "`program` is empty", hint);
+    }
+    for (key, value) in &keys.params {
+        if let Some((at, what)) = foreign_to_json(&format!("params.{key}"), value) {
+            let message =
+                format!("{path}.{at}: {what}, which JSON has not; programs get their params as JSON");
+            return refused(&at, &message, "give it as text, in quotes, or as another number");
+        }
+    }
+    Ok(ControllerTable::Program(keys))
+}
+
+/// The first value at or below `path` that JSON cannot say, and what it is.
+fn foreign_to_json(path: &str, value: &Value) -> Option<(String, String)> {
+    match value {
+        Value::Datetime(date) => Some((path.into(), format!("{date} is a date or a time"))),
+        Value::Float(number) if !number.is_finite() => Some((path.into(), format!("this is {number}"))),
+        Value::Array(entries) => {
+            entries.iter().enumerate().find_map(|(at, entry)| foreign_to_json(&format!("{path}.{at}"), entry))
+        }
+        Value::Table(table) => {
+            table.iter().find_map(|(key, value)| foreign_to_json(&format!("{path}.{key}"), value))
+        }
+        _ => None,
+    }
+}
+
+/// What the tables of the file named `source_name` mean for a swarm of `count` robots, which remember neighbors for
+/// `timeout_cycles` unless one says otherwise.
+pub(crate) fn resolve(
+    entries: Vec<Entry>,
+    source_name: &str,
+    count: u32,
+    timeout_cycles: NonZeroU32,
+) -> Result<Vec<Controller>, Problem> {
+    let is_alone = entries.len() == 1;
+    let mut controllers: Vec<Controller> = Vec::new();
+    for Entry { path, table, origin } in entries {
+        let at = format!("{path}.robots");
+        let (robots, mind) = match table {
+            ControllerTable::Law(keys) => {
+                (keys.robots.clone(), Mind::Law(keys.resolve(&path, timeout_cycles)?))
+            }
+            ControllerTable::Program(keys) => {
+                (keys.robots.clone(), Mind::Program(keys.resolve(source_name, timeout_cycles)))
+            }
+        };
+        let robots = robots.or_else(|| RobotSet::of(0..count).filter(|_| is_alone)).ok_or_else(|| {
+            let message = "`robots` is missing in [[controller]]: there is more than one entry";
+            problem(&[&path], message).hint("say which robots each is for, such as robots = \"0-9\"")
+        })?;
+        ensure(robots.highest() < count, || {
+            let message =
+                format!("there is no robot {}: the scenario has robots 0 to {}", robots.highest(), count - 1);
+            problem(&[&at, "robots.count"], message)
+        })?;
+        for (first, other) in controllers.iter().enumerate() {
+            if let Some(robot) = robots.lowest_common(&other.robots) {
+                let message =
+                    format!("robot {robot} is named by two controllers: this one and number {first}");
+                return Err(problem(&[&at], message).hint("name each robot once"));
+            }
+        }
+        controllers.push(Controller { robots, mind, origin });
+    }
+    let forgotten = (0..count).find(|&robot| controllers.iter().all(|it| !it.robots.contains(robot)));
+    match forgotten {
+        None => Ok(controllers),
+        Some(robot) => {
+            let message = format!("robot {robot} has no controller: no entry names it");
+            Err(problem(&["controller.0.robots", "controller"], message)
+                .hint(format!("the scenario has robots 0 to {}; name each once", count - 1)))
+        }
+    }
+}
+
+impl LawKeys {
+    fn resolve(self, path: &str, timeout_cycles: NonZeroU32) -> Result<LawSpec, Problem> {
+        let (source, magnitude) = (format!("{path}.gradient"), format!("{path}.gradient_magnitude_per_m"));
         let gradient = match (self.gradient, self.gradient_magnitude_per_m) {
             (GradientSource::Measured, None) => Gradient::Measured,
             (GradientSource::Fixed, Some(magnitude_per_m)) => Gradient::Fixed { magnitude_per_m },
             (GradientSource::Fixed, None) => {
-                return Err(problem(
-                    &["controller.gradient"],
-                    "controller.gradient = \"fixed\" needs `gradient_magnitude_per_m` in [controller]",
-                ));
+                let message =
+                    format!("{source} = \"fixed\" needs `gradient_magnitude_per_m` in [controller]");
+                return Err(problem(&[&source], message));
             }
             (GradientSource::Measured, Some(_)) => {
-                let path = "controller.gradient_magnitude_per_m";
-                return Err(without_meaning(path, "controller.gradient", "measured"));
+                return Err(without_meaning(&magnitude, &source, "measured"));
             }
         };
-        Ok(ControllerSpec {
+        Ok(LawSpec {
             law: self.law,
             gain_per_s: self.gain_per_s,
             gradient,
@@ -85,23 +258,61 @@ impl ControllerKeys {
     }
 }
 
-impl From<ControllerSpec> for ControllerKeys {
-    fn from(controller: ControllerSpec) -> Self {
-        let (gradient, gradient_magnitude_per_m) = match controller.gradient {
+impl ProgramKeys {
+    fn resolve(self, source_name: &str, neighbor_timeout_cycles: NonZeroU32) -> ProgramSpec {
+        let mut command = self.program;
+        if let Some(program) = command.first_mut().filter(|program| program.contains('/')) {
+            let beside = Path::new(source_name).parent().unwrap_or(Path::new("")).join(&*program);
+            if let Ok(absolute) = path::absolute(beside) {
+                *program = absolute.to_string_lossy().into_owned();
+            }
+        }
+        ProgramSpec { command, params: self.params, neighbor_timeout_cycles }
+    }
+}
+
+impl ControllerTables {
+    /// The tables of a scenario with `count` robots.
+    pub(crate) fn of(controllers: Vec<Controller>, count: u32) -> Self {
+        let everyone = RobotSet::of(0..count);
+        let mut tables: Vec<ControllerTable> = controllers
+            .into_iter()
+            .map(|controller| {
+                let robots = Some(controller.robots).filter(|robots| Some(robots) != everyone.as_ref());
+                ControllerTable::of(robots, controller.mind)
+            })
+            .collect();
+        match tables.len() {
+            1 => Self::One(tables.remove(0)),
+            _ => Self::Many(tables),
+        }
+    }
+}
+
+impl ControllerTable {
+    fn of(robots: Option<RobotSet>, mind: Mind) -> Self {
+        let law = match mind {
+            Mind::Law(law) => law,
+            Mind::Program(ProgramSpec { command, params, .. }) => {
+                return Self::Program(ProgramKeys { robots, program: command, params });
+            }
+        };
+        let (gradient, gradient_magnitude_per_m) = match law.gradient {
             Gradient::Measured => (GradientSource::Measured, None),
             Gradient::Fixed { magnitude_per_m } => (GradientSource::Fixed, Some(magnitude_per_m)),
         };
-        Self {
-            law: controller.law,
-            gain_per_s: controller.gain_per_s,
+        Self::Law(LawKeys {
+            robots,
+            law: law.law,
+            gain_per_s: law.gain_per_s,
             gradient,
             gradient_magnitude_per_m,
-            neighbor_timeout_cycles: Some(controller.neighbor_timeout_cycles),
-            triangle_base_m: controller.triangle_base_m,
-            triangle_height_m: controller.triangle_height_m,
-            close_distance_m: controller.close_distance_m,
-            cell_cap_m: controller.cell_cap_m,
-        }
+            neighbor_timeout_cycles: Some(law.neighbor_timeout_cycles),
+            triangle_base_m: law.triangle_base_m,
+            triangle_height_m: law.triangle_height_m,
+            close_distance_m: law.close_distance_m,
+            cell_cap_m: law.cell_cap_m,
+        })
     }
 }
 

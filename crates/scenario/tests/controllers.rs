@@ -1,0 +1,262 @@
+//! Who thinks for whom: what `[controller]` and `[[controller]]` mean, and what is refused with its line.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use coverage::setup::Law;
+use expect_test::{Expect, expect};
+use protocol::setup::Mode;
+use scenario::{Scenario, ScenarioError};
+
+/// Five robots; controllers begin in line 7.
+fn text(controllers: &str) -> String {
+    format!(
+        "duration_s = 10\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 5\nfield.offset = 1\n\
+         channel.range_m = 1\n{controllers}"
+    )
+}
+
+fn parse(controllers: &str) -> Result<Scenario, ScenarioError> {
+    Scenario::parse("folder/x.toml", &text(controllers), &[])
+}
+
+fn check(controllers: &str, expected: Expect) {
+    expected.assert_eq(&parse(controllers).expect_err("a bad scenario").to_string());
+}
+
+fn mixed() -> Scenario {
+    parse(
+        "[[controller]]\nrobots = \"0-2\"\nlaw = \"uniform\"\ngain_per_s = 1\n\
+         [[controller]]\nrobots = [3, 4]\nprogram = [\"./my-robot\", \"--fast\"]\n\
+         params = { threshold = 3, deep = { share = 0.1, names = [\"a\"] } }\n",
+    )
+    .unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_mixed_swarm_says_of_each_robot_who_thinks_for_it() {
+    let scenario = mixed();
+    assert_eq!(scenario.coverage_setup(2).map(|setup| setup.law), Some(Law::Uniform));
+    assert_eq!(scenario.coverage_setup(3), None);
+    let controller = scenario.controller_of(4);
+    let program = controller.program().expect("a program");
+    let beside = std::path::absolute("folder/my-robot").expect("a path");
+    assert_eq!(program.command, [&beside.display().to_string(), "--fast"]);
+    let setup = scenario.agent_setup(Mode::Lockstep, controller, |_| panic!("it is no law"));
+    expect![[r#"{"deep":{"names":["a"],"share":0.1},"threshold":3}"#]]
+        .assert_eq(&String::from_utf8(setup.params).expect("text"));
+    assert!(controller.senses_gradient() && !controller.senses_field());
+}
+
+#[test]
+fn a_mixed_swarm_is_equal_after_a_round_trip() {
+    let scenario = mixed();
+    assert_eq!(
+        Scenario::parse("elsewhere/y.toml", &scenario.to_toml(), &[]).expect("it is sound").controllers,
+        scenario.controllers
+    );
+}
+
+#[test]
+fn one_program_may_think_for_all_and_need_no_robots() {
+    for table in ["[controller]", "[[controller]]"] {
+        let scenario =
+            parse(&format!("{table}\nprogram = [\"robot\"]")).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scenario.controllers[0].robots.to_string(), "0-4");
+        assert_eq!(scenario.controllers[0].program().map(|program| program.json()), Some(b"{}".to_vec()));
+        assert!(
+            scenario.to_toml().contains("\n[controller]\nprogram = [\"robot\"]\n"),
+            "{}",
+            scenario.to_toml()
+        );
+    }
+}
+
+#[test]
+fn every_robot_has_one_controller() {
+    let two = |first: &str, second: &str| {
+        format!("[[controller]]\n{first}\ngain_per_s = 1\n[[controller]]\n{second}\nprogram = [\"x\"]\n")
+    };
+    check(
+        &two("robots = \"0-3\"", "robots = \"3-4\""),
+        expect![[r#"
+        folder/x.toml:11: robot 3 is named by two controllers: this one and number 0
+        hint: name each robot once"#]],
+    );
+    check(
+        &two("robots = \"0-1\"", "robots = \"3-4\""),
+        expect![[r#"
+        folder/x.toml:8: robot 2 has no controller: no entry names it
+        hint: the scenario has robots 0 to 4; name each once"#]],
+    );
+    check(
+        &two("robots = \"0-1\"", "robots = \"2-5\""),
+        expect!["folder/x.toml:11: there is no robot 5: the scenario has robots 0 to 4"],
+    );
+    check(
+        &two("robots = \"0-1\"", ""),
+        expect![[r#"
+        folder/x.toml:10: `robots` is missing in [[controller]]: there is more than one entry
+        hint: say which robots each is for, such as robots = "0-9""#]],
+    );
+    check(
+        "controller = []",
+        expect![[r#"
+        folder/x.toml:7: controller is empty: nobody thinks for the robots
+        hint: give one [controller] for all robots, or a [[controller]] for some each"#]],
+    );
+    check(
+        "[controller]\nrobots = \"0-3\"\ngain_per_s = 1",
+        expect![[r#"
+        folder/x.toml:7: robot 4 has no controller: no entry names it
+        hint: the scenario has robots 0 to 4; name each once"#]],
+    );
+}
+
+#[test]
+fn a_table_has_the_keys_of_a_law_or_of_a_program() {
+    check(
+        "[controller]\nlaw = \"linear\"\nprogram = [\"x\"]",
+        expect![[r#"
+        folder/x.toml:8: an entry has either `law` or `program`, not both
+        hint: give each an entry in [[controller]], with its `robots`"#]],
+    );
+    check(
+        "[controller]\nprogram = [\"x\"]\ngain_per_s = 1",
+        expect![[r#"
+        folder/x.toml:9: `gain_per_s` has no meaning beside `program`: it is for the laws of the paper
+        hint: a program has its parameters in `params = { gain_per_s = ... }`"#]],
+    );
+    check(
+        "[controller]\ngain_per_s = 1\nparams = { a = 1 }",
+        expect![[r#"
+        folder/x.toml:9: `params` has no meaning without `program`: laws have keys of their own
+        hint: name the `program` that they are for, or remove them"#]],
+    );
+    check(
+        "[[controller]]\nrobots = \"0-4\"",
+        expect!["folder/x.toml:7: `gain_per_s` is missing in [[controller]]"],
+    );
+    check(
+        "[controller]\nprogram = [\"x\"]\nprogam = 1",
+        expect!["folder/x.toml:9: unknown key `progam` in [controller]; did you mean `program`?"],
+    );
+    check(
+        "[[controller]]\ngain_per_s = 1\nlawn = \"linear\"",
+        expect!["folder/x.toml:9: unknown key `lawn` in [[controller]]; did you mean `law`?"],
+    );
+    check("controller = 3", expect!["folder/x.toml:7: controller: expected a table, found integer `3`"]);
+}
+
+#[test]
+fn a_program_has_a_name_and_parameters_that_json_can_say() {
+    check(
+        "[controller]\nprogram = []",
+        expect![[r#"
+        folder/x.toml:8: `program` is empty
+        hint: name it, such as program = ["./my-robot"], or give a `law`"#]],
+    );
+    check(
+        "[controller]\nprogram = [\"\"]",
+        expect![[r#"
+        folder/x.toml:8: `program` is empty
+        hint: name it, such as program = ["./my-robot"], or give a `law`"#]],
+    );
+    check(
+        "[controller]\nprogram = \"./x\"",
+        expect![[r#"folder/x.toml:8: controller.program: expected an array, found string "./x""#]],
+    );
+    check(
+        "[controller]\nprogram = [\"x\"]\nparams = 3",
+        expect!["folder/x.toml:9: controller.params: expected a table, found integer `3`"],
+    );
+    check(
+        "[controller]\nprogram = [\"x\"]\nparams = { deep = [{ since = 1979-05-27 }] }",
+        expect![[r#"
+        folder/x.toml:9: controller.params.deep.0.since: 1979-05-27 is a date or a time, which JSON has not; programs get their params as JSON
+        hint: give it as text, in quotes, or as another number"#]],
+    );
+    check(
+        "[controller]\nprogram = [\"x\"]\n[controller.params]\nlimit = inf",
+        expect![[r#"
+        folder/x.toml:10: controller.params.limit: this is inf, which JSON has not; programs get their params as JSON
+        hint: give it as text, in quotes, or as another number"#]],
+    );
+}
+
+#[test]
+fn what_a_law_must_not_is_blamed_on_its_entry() {
+    check(
+        "[[controller]]\nrobots = \"0-2\"\ngain_per_s = 1\n[[controller]]\nrobots = \"3-4\"\ngain_per_s = 25",
+        expect![
+            "folder/x.toml:12: gain_per_s × step_s = 2.5 exceeds 1.5, beyond which the Euler step overshoots; lower one of them, e.g. step_s <= 0.06"
+        ],
+    );
+    check(
+        "[[controller]]\nrobots = \"0-2\"\ngain_per_s = 1\n[[controller]]\nrobots = \"3-4\"\nlaw = \"exact\"\ngain_per_s = 1",
+        expect![[r#"
+            folder/x.toml:12: controller.1.law = "exact" needs bounded cells: robots that sense no walls may have cells hundreds of meters long
+            hint: set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)"#]],
+    );
+}
+
+/// A fresh folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).expect("a writable folder for tests");
+    folder
+}
+
+fn not_found(folder: &Path, program: &str, expected: Expect) {
+    let source = folder.join("x.toml").display().to_string();
+    let text = text(&format!("[controller]\nprogram = [\"{program}\"]"));
+    let mut scenario = Scenario::parse(&source, &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let error = scenario.find_programs().expect_err("nothing to start").to_string();
+    expected.assert_eq(&error.replace(&folder.display().to_string(), "DIR"));
+}
+
+#[test]
+fn a_program_that_cannot_be_started_is_refused_by_who_would_start_it() {
+    let folder = folder("programs");
+    not_found(
+        &folder,
+        "./missing",
+        expect![[r#"
+        DIR/x.toml:7: the program DIR/missing of robots 0-4 cannot be started: No such file or directory (os error 2)
+        hint: build it, or correct its path, which is relative to the scenario file"#]],
+    );
+    not_found(
+        &folder,
+        "no-such-robot-anywhere",
+        expect![[r#"
+        DIR/x.toml:7: the program `no-such-robot-anywhere` of robots 0-4 is not in PATH
+        hint: give its path, such as ./no-such-robot-anywhere, which is relative to the scenario file"#]],
+    );
+    fs::write(folder.join("plain"), "#!/bin/sh\n").expect("a writable file");
+    not_found(
+        &folder,
+        "./plain",
+        expect![[r#"
+        DIR/x.toml:7: the program DIR/plain of robots 0-4 is not executable
+        hint: make it so with `chmod +x`, or name another one"#]],
+    );
+
+    let text = text("[controller]\nprogram = [\"sh\", \"./ours\"]");
+    let mut scenario = Scenario::parse("x.toml", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    scenario.find_programs().expect("every machine has a shell");
+    let command = &scenario.controllers[0].program().expect("a program").command;
+    let file = fs::metadata(&command[0]).expect("the shell");
+    assert!(file.permissions().mode() & 0o111 != 0 && command[1] == "./ours", "{command:?}");
+}
+
+#[test]
+fn who_starts_no_processes_refuses_programs() {
+    assert_eq!(parse("controller.gain_per_s = 1").expect("a law").refuse_programs("run it"), Ok(()));
+    let error = mixed().refuse_programs("use --engine processes").expect_err("a program").to_string();
+    let folder = std::path::absolute("folder").expect("a path").display().to_string();
+    expect![[r#"
+        folder/x.toml:11: robots 3-4 need processes: they run DIR/my-robot
+        hint: use --engine processes"#]]
+    .assert_eq(&error.replace(&folder, "DIR"));
+}
