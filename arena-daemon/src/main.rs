@@ -12,6 +12,7 @@ use clap::Parser;
 use engine::{Observer, Plan, StopFlag, summary::Summary};
 use observe::{
     agents::AgentTotals,
+    convergence::ConvergenceWarning,
     live::{self, About, Live, SnapshotPublisher, http::Endpoint},
     log_context::LogContext,
     outputs::Outputs,
@@ -187,10 +188,11 @@ fn one_run(
         (false, false) => Some(Audience::StandardError),
     };
     let (mut context, mut recovery) = (LogContext, Recovery::new(scenario));
+    let mut convergence = ConvergenceWarning::default();
     let (mut totals, mut publisher) = (AgentTotals(profile), SnapshotPublisher::new(live, watched));
     let mut progress = audience.map(Progress::new);
     let mut observers: Vec<&mut dyn Observer> =
-        vec![&mut context, &mut recovery, &mut totals, &mut publisher];
+        vec![&mut context, &mut convergence, &mut recovery, &mut totals, &mut publisher];
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
     observers.extend(trace.as_mut().map(|trace| trace as &mut dyn Observer));
     // Last, so that its summary has what the others know.

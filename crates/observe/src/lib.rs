@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 pub mod agents;
+pub mod convergence;
 pub mod live;
 pub mod log_context;
 pub mod outputs;

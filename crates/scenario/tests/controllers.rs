@@ -43,9 +43,9 @@ fn a_mixed_swarm_says_of_each_robot_who_thinks_for_it() {
     let program = controller.program().expect("a program");
     let beside = std::path::absolute("folder/my-robot").expect("a path");
     assert_eq!(program.command, [&beside.display().to_string(), "--fast"]);
-    let setup = scenario.agent_setup(Mode::Lockstep, controller, |_| panic!("it is no law"));
+    let setup = scenario.agent_setup(Mode::Lockstep, controller);
     expect![[r#"{"deep":{"names":["a"],"share":0.1},"threshold":3}"#]]
-        .assert_eq(&String::from_utf8(setup.params).expect("text"));
+        .assert_eq(str::from_utf8(setup.params.bytes()).expect("text"));
     assert!(controller.senses_gradient() && !controller.senses_field());
 }
 

@@ -1,4 +1,4 @@
-//! Controllers of one's own: `examples/rust-controller`, a crate outside the workspace, as robots of a run.
+//! What users add of their own, as `examples/` do: crates outside the workspace.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
@@ -13,19 +13,31 @@ use std::{
 use serde_json::{Value, json};
 use tests::programs::{lamplight, program, said, scenario};
 
-/// The program of the example, built as its README says, but beside the other programs.
-fn rust_controller() -> PathBuf {
+/// Folder of the programs of an example, built as its README says, but beside the other programs.
+fn built(example: &str) -> PathBuf {
     let release = program("lamplight");
     let target = release.ancestors().nth(2).unwrap().join("examples");
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/rust-controller");
     let output = Command::new(env!("CARGO"))
         .args(["build", "--release", "--locked", "--manifest-path"])
-        .arg(example.join("Cargo.toml"))
+        .arg(example_folder(example).join("Cargo.toml"))
         .env("CARGO_TARGET_DIR", &target)
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", said(&output));
-    target.join("release/rust-controller")
+    target.join("release")
+}
+
+fn example_folder(example: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(example)
+}
+
+fn rust_controller() -> PathBuf {
+    built("rust-controller").join("rust-controller")
+}
+
+fn summary_of(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", said(output));
+    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 /// Writes a scenario of fifty robots, of which this program thinks for the last twenty, into a folder.
@@ -52,22 +64,31 @@ fn run(file: &Path, args: &[&str]) -> Output {
 }
 
 #[test]
-fn robots_of_the_paper_and_robots_with_a_controller_of_their_own_make_one_swarm() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = mixed(folder.path(), &rust_controller(), "{ speed_m_per_s = 0.1 }");
-    let once = || {
-        let output = run(&file, &["--duration", "20", "--quiet", "--json"]);
-        assert!(output.status.success(), "{}", said(&output));
-        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let of = |key: &str| summary[key].clone();
-        assert_eq!(
-            (of("robots_alive"), of("robots_without_error")),
-            (json!(50), json!(20)),
-            "it estimates no error"
-        );
-        of("digest")
-    };
-    assert_eq!(once(), once(), "and is as deterministic as the paper's");
+fn robots_of_the_paper_and_robots_with_a_controller_of_their_own_make_one_swarm_in_either_engine() {
+    let file = example_folder("rust-controller").join("mixed.toml");
+    let program = format!("controller.1.program=[\"{}\"]", rust_controller().display());
+    let run = || summary_of(&run(&file, &["--quiet", "--json", "--set", &program]));
+    let processes = run();
+    let alive_and_without_error = (&processes["robots_alive"], &processes["robots_without_error"]);
+    assert_eq!(alive_and_without_error, (&json!(50), &json!(30)), "the example estimates no error");
+    assert_eq!(processes["faults"][0]["fired_tick"], 100);
+    assert_eq!(run()["digest"], processes["digest"], "and is as deterministic as the paper's");
+    let in_process = Command::new(built("rust-controller").join("in-process")).arg(&file).output().unwrap();
+    assert_eq!(summary_of(&in_process)["digest"], processes["digest"]);
+}
+
+#[test]
+fn an_observer_of_ones_own_changes_nothing() {
+    let file = scenario("swarmbots");
+    let output = Command::new(built("custom-observer").join("custom-observer")).arg(&file).output().unwrap();
+    let whole = summary_of(&run(&file, &["--engine", "in-process", "--quiet", "--json"]));
+    assert!(said(&output).contains(whole["digest"].as_str().unwrap()), "{}", said(&output));
+    let mut rows = csv::Reader::from_reader(&*output.stdout);
+    let driven: Vec<(u32, f64)> = rows.deserialize().map(Result::unwrap).collect();
+    assert!(
+        driven.len() == 50 && driven.iter().all(|(_, driven_m)| (0.01..36.0).contains(driven_m)),
+        "{driven:?}"
+    );
 }
 
 #[test]
