@@ -298,8 +298,8 @@ impl AgentPorts {
     }
 
     /// Sends a command, whose packet is in `frame`, with up to [`NOTES_MAX`] notes.
-    pub fn send(&mut self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
-        let command = RawCommand { notes_len: notes.len() as u16, ..command };
+    pub fn send(&mut self, mut command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
+        command.notes_len = notes.len() as u16;
         match &mut self.0 {
             AgentEnds::Blackboard(ports) => {
                 ports.send(command, frame, notes);
