@@ -28,8 +28,6 @@ use protocol::setup::Mode;
 
 use crate::{failure::Failure, in_process, limits, log, name, stdout::say};
 
-/// Longest run, in seconds of virtual time, that nobody asked for.
-const DURATION_MAX_S: f64 = 20.0;
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
 
@@ -132,8 +130,7 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
         )));
     }
     if args.options.duration.is_none() {
-        let longest = Positive::new(base.duration_s.get().min(DURATION_MAX_S));
-        base.duration_s = base.fuzz.duration_s.or(longest).unwrap_or(base.duration_s);
+        base.duration_s = base.fuzz.run_s(base.duration_s);
     }
     let patient = |timeout_s: f64| Positive::new(timeout_s.max(PATIENCE_S));
     let processes = &mut base.processes;

@@ -38,8 +38,8 @@ fn idle(scenario: &Scenario) -> Option<String> {
         .controllers
         .iter()
         .all(|it| it.law().is_some_and(|law| law.neighbor_timeout_cycles.get() == 1));
-    let errs = scenario.sensors.odometry.is_some_and(|odometry| odometry.error.get() > 0.0);
-    (errs && forgets && scenario.channel.medium == Medium::Instant).then(|| {
+    let is_wrong = scenario.sensors.odometry.is_some_and(|odometry| odometry.error.get() > 0.0);
+    (is_wrong && forgets && scenario.channel.medium == Medium::Instant).then(|| {
         "sensors.odometry_error has no effect: robots hear everybody anew in each neighbor cycle and remember nobody beyond \
          it; they do with channel.profile = \"isis\", or with controller.neighbor_timeout_cycles above 1"
             .into()

@@ -24,6 +24,16 @@ pub struct FuzzSpec {
     pub delay_max_s: Positive,
 }
 
+/// Longest run, in seconds of virtual time, that nobody asked for.
+const LONGEST_S: Positive = constant!(Positive, 20.0);
+
+impl FuzzSpec {
+    /// Length of each run of a scenario that is itself so long, in seconds of virtual time.
+    pub fn run_s(&self, duration_s: Positive) -> Positive {
+        self.duration_s.unwrap_or(if duration_s < LONGEST_S { duration_s } else { LONGEST_S })
+    }
+}
+
 impl Default for FuzzSpec {
     fn default() -> Self {
         Self {
