@@ -10,7 +10,8 @@ use std::{f64::consts::TAU, hint::black_box};
 
 use coverage::{
     CoverageController,
-    setup::{Closure, CoverageSetup, GradientMode, Law},
+    law::Law,
+    setup::{Closure, CoverageSetup, GradientMode},
 };
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use protocol::{

@@ -91,7 +91,10 @@ impl Controller for CoverageController {
 
 #[cfg(test)]
 mod tests {
-    use crate::setup::{Closure, GradientMode, Law};
+    use crate::{
+        law::Law,
+        setup::{Closure, GradientMode},
+    };
     use core::f64::consts::{FRAC_PI_2, PI, TAU};
     use std::vec::Vec;
 

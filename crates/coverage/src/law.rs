@@ -1,6 +1,6 @@
 //! Control laws: cell and percept -> goal.
 //!
-//! A law is one file here, one line in [`goal`] and its name in [`Law`].
+//! A law is one file here and one line in `laws!`.
 
 mod exact;
 mod linear;
@@ -13,11 +13,85 @@ use protocol::{
     frame::BodyVector,
     percept::Percept,
 };
+use serde::{Deserialize, Serialize};
 
-use crate::{
-    neighbors::NeighborTable,
-    setup::{CoverageSetup, Law},
-};
+use crate::{neighbors::NeighborTable, setup::CoverageSetup};
+
+/// What a law may go by: all that a robot knows in one cycle.
+struct Situation<'a> {
+    /// The robot's cell, which is not empty.
+    cell: &'a [Vector2<f64>],
+    percept: &'a Percept,
+    neighbors: &'a NeighborTable,
+    setup: &'a CoverageSetup,
+}
+
+/// A control law.
+trait ControlLaw {
+    /// Whether the robot must be shown the true field, which nobody senses.
+    const NEEDS_FIELD: bool = false;
+    /// Whether the law goes by the light, of which there must then be some.
+    const GOES_BY_LIGHT: bool = true;
+    /// Whether the law cuts the cell to V+, and tells `stages` of it.
+    const TRUNCATES: bool = false;
+
+    /// The estimated centroid Ĉ relative to the robot; `None` means stay.
+    fn goal(situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector>;
+}
+
+macro_rules! laws {
+    ($($(#[$doc:meta])* $file:ident::$Law:ident,)*) => {
+        /// Which control law moves the robot.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Law {
+            $($(#[$doc])* $Law,)*
+        }
+
+        impl Law {
+            /// All laws.
+            pub const ALL: &[Self] = &[$(Self::$Law,)*];
+
+            /// Whether the robot must be shown the true field, which nobody senses.
+            pub fn needs_field(self) -> bool {
+                match self {
+                    $(Self::$Law => $file::$Law::NEEDS_FIELD,)*
+                }
+            }
+
+            /// Whether the law goes by the light, of which there must then be some.
+            pub fn goes_by_light(self) -> bool {
+                match self {
+                    $(Self::$Law => $file::$Law::GOES_BY_LIGHT,)*
+                }
+            }
+
+            fn truncates(self) -> bool {
+                match self {
+                    $(Self::$Law => $file::$Law::TRUNCATES,)*
+                }
+            }
+
+            fn goal(self, situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector> {
+                match self {
+                    $(Self::$Law => $file::$Law::goal(situation, stages),)*
+                }
+            }
+        }
+    };
+}
+
+laws! {
+    /// The paper: φ estimated by value and gradient at the robot (eq. 10 to 18).
+    linear::Linear,
+    /// The paper's outlook: φ fitted by a quadratic to the robot's own reading and its neighbors'.
+    quadratic::Quadratic,
+    /// φ constant: plain Lloyd descent, no light needed.
+    uniform::Uniform,
+    /// The optimal baseline: the true field is known (Cortés et al.).
+    exact::Exact,
+}
 
 /// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay. An empty cell has none.
 ///
@@ -30,17 +104,11 @@ pub fn goal(
     setup: &CoverageSetup,
     stages: &mut dyn StageObserver,
 ) -> Option<BodyVector> {
-    let truncates = matches!(setup.law, Law::Linear | Law::Quadratic);
-    if cell.is_empty() || !truncates {
+    if cell.is_empty() || !setup.law.truncates() {
         stages.passed(Stage::Truncation);
     }
     if cell.is_empty() {
         return None;
     }
-    match setup.law {
-        Law::Linear => linear::goal(cell, &percept.light, setup.gradient, stages),
-        Law::Quadratic => quadratic::goal(cell, &percept.light, neighbors, setup.gradient, stages),
-        Law::Uniform => uniform::goal(cell),
-        Law::Exact => exact::goal(cell, &percept.field),
-    }
+    setup.law.goal(&Situation { cell, percept, neighbors, setup }, stages)
 }

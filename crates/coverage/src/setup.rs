@@ -3,20 +3,7 @@
 use protocol::units::{Meters, MetersPerSecond};
 use serde::{Deserialize, Serialize};
 
-/// Which control law moves the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Law {
-    /// The paper: φ estimated by value and gradient at the robot (eq. 10 to 18).
-    Linear,
-    /// The paper's outlook: φ fitted by a quadratic to the robot's own reading and its neighbors'.
-    Quadratic,
-    /// φ constant: plain Lloyd descent, no light needed.
-    Uniform,
-    /// The optimal baseline: the true field is known (Cortés et al.).
-    Exact,
-}
+use crate::law::Law;
 
 /// How the robot gets the gradient of φ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,16 +42,4 @@ pub struct CoverageSetup {
     pub closure: Closure,
     /// A neighbor counts while it was heard less than this many ticks ago; at least 1.
     pub neighbor_timeout_ticks: u32,
-}
-
-impl Law {
-    /// Whether the robot must be shown the true field, which nobody senses.
-    pub fn needs_field(self) -> bool {
-        self == Self::Exact
-    }
-
-    /// Whether the law goes by the light, of which there must then be some.
-    pub fn goes_by_light(self) -> bool {
-        self != Self::Uniform
-    }
 }

@@ -5,7 +5,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::{env, fs};
 
-use coverage::setup::{GradientMode, Law};
+use coverage::law::Law;
+use coverage::setup::GradientMode;
 
 use super::error::{Origin, Place, ScenarioError};
 use super::number::Positive;

@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use coverage::setup::Law;
+use coverage::law::Law;
 use expect_test::{Expect, expect};
 use protocol::setup::Mode;
 use scenario::{Scenario, ScenarioError};

@@ -14,7 +14,7 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena_daemon::options::{ModeName, OverloadName, RunOptions, ScenarioOptions};
-use coverage::setup::Law;
+use coverage::law::Law;
 use engine::{StopFlag, summary::Ending};
 use observe::{trace::TraceOptions, trial::Record};
 use processes::signals::raise_on_stop;

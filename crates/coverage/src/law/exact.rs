@@ -4,11 +4,22 @@
 //! are integrated as well as any ([`crate::quadrature`]), but a cell hundreds of meters long has no useful centroid.
 
 use nalgebra::Vector2;
-use protocol::{frame::BodyVector, percept::FieldComponent};
+use protocol::{controller::StageObserver, frame::BodyVector, percept::FieldComponent};
 
+use super::{ControlLaw, Situation};
 use crate::{quadrature::moments, refinement::FINE};
 
-pub(super) fn goal(cell: &[Vector2<f64>], field: &[FieldComponent]) -> Option<BodyVector> {
+pub(super) struct Exact;
+
+impl ControlLaw for Exact {
+    const NEEDS_FIELD: bool = true;
+
+    fn goal(situation: &Situation<'_>, _: &mut dyn StageObserver) -> Option<BodyVector> {
+        centroid(situation.cell, &situation.percept.field)
+    }
+}
+
+fn centroid(cell: &[Vector2<f64>], field: &[FieldComponent]) -> Option<BodyVector> {
     let [mass, x, y, _] = moments(field, cell, FINE);
     let centroid = BodyVector::new(x / mass, y / mass);
     (mass > 0.0 && centroid.is_finite()).then_some(centroid)
@@ -23,7 +34,7 @@ mod tests {
         let cell = [(-1.0, -2.0), (3.0, -2.0), (3.0, 2.0), (-1.0, 2.0)].map(|(x, y)| Vector2::new(x, y));
         let center = BodyVector::new(2.31, -0.77);
         let field = [FieldComponent::Gaussian { center, amplitude: 300.0, sigma_m: 4e-5 }];
-        let goal = goal(&cell, &field).unwrap();
+        let goal = centroid(&cell, &field).unwrap();
         assert!((goal.0 - center.0).norm() < 1e-8, "{goal:?}");
     }
 }

@@ -6,49 +6,47 @@
 //! goal stays in the cell. Readings beyond reason leave the `linear` goal. A neighbor remembered over
 //! silent cycles counts as when it was heard, one that shares no reading not at all.
 
-use crate::setup::GradientMode;
-use nalgebra::Vector2;
 use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
-    percept::Light,
 };
 
-use super::linear;
+use super::{ControlLaw, Situation, linear::Linear};
 use crate::{
     cell::COINCIDENT_M,
     estimate::LinearField,
     fit::{self, Slope},
-    neighbors::NeighborTable,
     polygon::Polygon,
     reading,
+    setup::GradientMode,
 };
 
-pub(super) fn goal(
-    cell: &[Vector2<f64>],
-    light: &Light,
-    neighbors: &NeighborTable,
-    gradient: GradientMode,
-    stages: &mut dyn StageObserver,
-) -> Option<BodyVector> {
-    let readings = neighbors
-        .iter()
-        .map(|neighbor| &neighbor.delivery)
-        .filter(|heard| heard.range.get() > COINCIDENT_M)
-        .filter_map(|heard| {
-            Some((BodyVector::polar(heard.range, heard.bearing).0, reading::shared_in(&heard.packet)?))
-        });
-    let slope = match gradient {
-        GradientMode::Measured => Slope::Known,
-        GradientMode::Fixed(_) => Slope::Assumed,
-    };
-    let estimate = fit::quadratic(&LinearField::sensed(light, gradient), slope, readings);
-    let mut part = Polygon::new();
-    let positive = estimate.linear.positive_part(cell, &mut part);
-    stages.passed(Stage::Truncation);
-    let raised = estimate.raised_on(positive);
-    raised
-        .mass(positive)
-        .map(|mass| BodyVector(mass.centroid))
-        .or_else(|| linear::goal(cell, light, gradient, &mut ()))
+pub(super) struct Quadratic;
+
+impl ControlLaw for Quadratic {
+    const TRUNCATES: bool = true;
+
+    fn goal(situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector> {
+        let Situation { cell, percept, neighbors, setup } = situation;
+        let readings = neighbors
+            .iter()
+            .map(|neighbor| &neighbor.delivery)
+            .filter(|heard| heard.range.get() > COINCIDENT_M)
+            .filter_map(|heard| {
+                Some((BodyVector::polar(heard.range, heard.bearing).0, reading::shared_in(&heard.packet)?))
+            });
+        let slope = match setup.gradient {
+            GradientMode::Measured => Slope::Known,
+            GradientMode::Fixed(_) => Slope::Assumed,
+        };
+        let estimate = fit::quadratic(&LinearField::sensed(&percept.light, setup.gradient), slope, readings);
+        let mut part = Polygon::new();
+        let positive = estimate.linear.positive_part(cell, &mut part);
+        stages.passed(Stage::Truncation);
+        let raised = estimate.raised_on(positive);
+        raised
+            .mass(positive)
+            .map(|mass| BodyVector(mass.centroid))
+            .or_else(|| Linear::goal(situation, &mut ()))
+    }
 }

@@ -1,10 +1,16 @@
 //! Lloyd's law: every place matters the same, the goal is the cell's geometric center.
 
-use nalgebra::Vector2;
-use protocol::frame::BodyVector;
+use protocol::{controller::StageObserver, frame::BodyVector};
 
+use super::{ControlLaw, Situation};
 use crate::{centroid, estimate::LinearField};
 
-pub(super) fn goal(cell: &[Vector2<f64>]) -> Option<BodyVector> {
-    centroid::mass(cell, &LinearField::UNIFORM).map(|mass| BodyVector(mass.centroid))
+pub(super) struct Uniform;
+
+impl ControlLaw for Uniform {
+    const GOES_BY_LIGHT: bool = false;
+
+    fn goal(situation: &Situation<'_>, _: &mut dyn StageObserver) -> Option<BodyVector> {
+        centroid::mass(situation.cell, &LinearField::UNIFORM).map(|mass| BodyVector(mass.centroid))
+    }
 }

@@ -6,7 +6,7 @@
 use std::num::NonZeroU32;
 use std::path::{self, Path};
 
-use coverage::setup::Law;
+use coverage::law::Law;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::Value;
