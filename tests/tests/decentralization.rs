@@ -99,7 +99,7 @@ fn the_loop_of_a_run_knows_no_process_no_file_and_no_terminal() {
 
 #[test]
 fn what_runs_processes_knows_no_arena() {
-    assert_knows_nothing_of("agents", &["arena", "engine", "observe", "coverage", "spade"]);
+    assert_knows_nothing_of("agents", &["arena", "engine", "observe", "spade"]);
 }
 
 #[test]
