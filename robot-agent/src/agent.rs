@@ -13,10 +13,11 @@ use protocol::{
     setup::AgentSetup,
 };
 use transport::{
+    ends::{AgentEnd, ServiceError},
     pid_namespace::our_pid_in,
     raw::{BOOT_TICK, RawCommand, RawTimes},
     run_dir::RunDir,
-    services::{AgentPorts, ServiceError},
+    services::AgentPorts,
 };
 
 use crate::{Params, stopwatch::Stopwatch};

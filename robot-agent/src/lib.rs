@@ -41,9 +41,10 @@ use protocol::{
 use tracing::level_filters::LevelFilter;
 use transport::{
     doorbell::Doorbell,
+    ends::ServiceError,
     footprint,
     run_dir::{ArenaWatch, ByHand, RunDir, RunDirError, RunName},
-    services::{ServiceError, Session},
+    services::Session,
 };
 
 pub use protocol::params::Params;

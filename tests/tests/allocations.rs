@@ -9,7 +9,13 @@ use protocol::{
     controller::Hosted, payload::SHORT_PAYLOAD_BYTES, percept::Percept, robot_id::RobotId, setup::Plane,
 };
 use scenario::{Override, Scenario};
-use transport::{frame_cache::Frames, raw::RawCommand, run_dir::RunDir, services::Session};
+use transport::{
+    ends::{AgentEnd, ArenaEnd},
+    frame_cache::Frames,
+    raw::RawCommand,
+    run_dir::RunDir,
+    services::Session,
+};
 
 /// Ticks until every crowd has been seen, and ticks in which nothing new is.
 const WARM_UP: u32 = 1500;

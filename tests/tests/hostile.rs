@@ -22,6 +22,7 @@ use tests::{
 };
 use transport::{
     doorbell::{Doorbell, Ring},
+    ends::AgentEnd,
     raw::{BOOT_TICK, RawCommand},
     run_dir::RunDir,
     services::{AgentPorts, Session},

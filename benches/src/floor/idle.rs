@@ -26,6 +26,7 @@ use protocol::{
 };
 use transport::{
     doorbell::{Doorbell, Ring},
+    ends::{AgentEnd, ArenaEnd},
     footprint,
     frame_cache::Frames,
     raw::RawCommand,

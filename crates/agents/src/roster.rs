@@ -26,6 +26,7 @@ use squad::{
 use transport::{
     control::Event,
     doorbell::Doorbell,
+    ends::ArenaEnd,
     frame_cache::Frames,
     pid_namespace,
     raw::{BOOT_TICK, CommandError},

@@ -370,7 +370,6 @@ impl Arena {
         for (receiver, heard) in self.delayed.remove(&tick).unwrap_or_default() {
             self.packets.delayed -= 1;
             if said[receiver as usize].is_some() {
-                self.packets.heard += 1;
                 self.put(receiver, heard);
             } else {
                 self.packets.lost_fault += 1;
@@ -386,14 +385,11 @@ impl Arena {
         }
         let receiver_at = self.world.poses()[reception.receiver as usize].position;
         let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at, &mut self.payloads);
-        // The channel has counted the packet as heard.
-        self.packets.heard -= 1;
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
         self.packets.lost_fault += lost;
         for (packet, late) in arrivals {
             let heard = Heard { delivery: Delivery { packet, ..*measured }, sent_s };
             if late == 0 {
-                self.packets.heard += 1;
                 self.put(reception.receiver, heard);
             } else {
                 self.packets.delayed += 1;
@@ -419,9 +415,17 @@ impl Arena {
         });
     }
 
+    /// Puts a packet into the receiver's inbox. Beyond what a percept holds it takes the place of another, since the
+    /// nearest are handed over: whichever that will be, it is one.
     fn put(&mut self, receiver: u32, heard: Heard) {
-        self.heard[receiver as usize] += 1;
-        self.inboxes[receiver as usize].push(heard);
+        let inbox = &mut self.inboxes[receiver as usize];
+        if inbox.len() < DELIVERIES_MAX {
+            self.packets.heard += 1;
+            self.heard[receiver as usize] += 1;
+        } else {
+            self.packets.over_bound += 1;
+        }
+        inbox.push(heard);
     }
 
     /// Moves what a robot has heard into its percept, ordered by senders; the nearest if it is
@@ -429,10 +433,6 @@ impl Arena {
     fn hand_over(&mut self, robot: usize) {
         let mut heard = mem::take(&mut self.inboxes[robot]);
         if heard.len() > DELIVERIES_MAX {
-            let over = (heard.len() - DELIVERIES_MAX) as u64;
-            self.packets.heard -= over;
-            self.packets.over_bound += over;
-            self.heard[robot] -= over;
             heard.sort_by(|a, b| a.delivery.range.get().total_cmp(&b.delivery.range.get()));
             heard.truncate(DELIVERIES_MAX);
         }

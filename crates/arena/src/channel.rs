@@ -92,7 +92,7 @@ impl Channel {
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
     /// may change it. `executor` shares what can be shared. Receptions are written over `received`, in the order of
-    /// receivers, then of time.
+    /// receivers, then of time; their fate is not in `packets` yet, since faults may still be in their way.
     pub fn play(
         &mut self,
         executor: &impl Executor,
@@ -119,7 +119,6 @@ impl Channel {
             });
             packets.lost_loss += (before - received.len()) as u64;
         }
-        packets.heard += received.len() as u64;
     }
 
     /// Packets that are in the air, or have been until now.

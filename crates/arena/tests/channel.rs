@@ -51,6 +51,7 @@ fn play_at(
         let moment = Moment { tick, cycle: Some(tick), time_s: tick as f64, poses, said: &said };
         channel.play(&Sequential, &moment, &mut packets, &mut |_, packet| packet, &mut received);
         heard(&received);
+        packets.heard += received.len() as u64;
         packets.check().unwrap();
     }
     packets

@@ -6,8 +6,10 @@
 #![deny(unsafe_code)]
 
 pub mod clock;
+pub mod conformance;
 pub mod control;
 pub mod doorbell;
+pub mod ends;
 pub mod footprint;
 pub mod frame_cache;
 pub mod mapping;

@@ -24,8 +24,9 @@ use iceoryx2::{
     service::port_factory::{PortFactory as _, blackboard::PortFactory},
 };
 
-use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
+use super::common::{NODES_PER_SERVICE, dead_nodes, failed, not_opened, service_name};
 use crate::{
+    ends::ServiceError,
     frame_cache::Frames,
     raw::{
         Beside, PerceptError, RawCommand, RawDelivery, RawField, RawHead, RawLongFrame, RawNotes, RawWalls,

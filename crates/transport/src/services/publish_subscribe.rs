@@ -19,8 +19,9 @@ use iceoryx2::{
     },
 };
 
-use super::{NODES_PER_SERVICE, ServiceError, dead_nodes, failed, not_opened, service_name};
+use super::common::{NODES_PER_SERVICE, dead_nodes, failed, not_opened, service_name};
 use crate::{
+    ends::ServiceError,
     frame_cache::{Frames, KeptFrame},
     raw::{
         Beside, PerceptError, RawCommand, RawDelivery, RawLongDelivery, RawLongFrame, RawNotes, RawPercept,

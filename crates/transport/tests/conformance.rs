@@ -1,0 +1,126 @@
+//! The conformance suite on a plane that is not this crate's: queues in the memory of one process.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::{Arc, Mutex},
+};
+
+use protocol::{
+    command::Answer,
+    percept::{Percept, Tick},
+    robot_id::RobotId,
+};
+use transport::{
+    conformance::{self, Subject},
+    ends::{AgentEnd, ArenaEnd, ServiceError},
+    frame_cache::Frames,
+    raw::{CommandError, PerceptError, RawCommand},
+};
+
+/// A queue of a few messages, in which the newest replaces the oldest.
+type Queue<T> = Arc<Mutex<VecDeque<T>>>;
+
+const QUEUE_LEN: usize = 3;
+
+fn push<T>(queue: &Queue<T>, message: T) {
+    let mut queue = queue.lock().unwrap();
+    if queue.len() == QUEUE_LEN {
+        queue.pop_front();
+    }
+    queue.push_back(message);
+}
+
+#[derive(Clone, Debug, Default)]
+struct Message {
+    command: Option<RawCommand>,
+    frame: Vec<u8>,
+    notes: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Arena {
+    inbox: Queue<Percept>,
+    uplink: Queue<Message>,
+    last: Message,
+    payload_bytes_max: usize,
+}
+
+#[derive(Debug)]
+struct Agent {
+    inbox: Queue<Percept>,
+    uplink: Queue<Message>,
+}
+
+impl ArenaEnd for Arena {
+    fn send(&mut self, percept: &Percept, _: &mut Frames) -> Result<(), ServiceError> {
+        push(&self.inbox, percept.clone());
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
+        self.last = self.uplink.lock().unwrap().pop_front().unwrap_or_default();
+        Ok(self.last.command)
+    }
+
+    fn notes(&self) -> &[f64] {
+        &self.last.notes
+    }
+
+    fn check(
+        &self,
+        command: &RawCommand,
+        expected: RobotId,
+        tick: Tick,
+        frames: &mut Frames,
+    ) -> Result<Answer, CommandError> {
+        let answer = command.check(&self.last.frame, self.payload_bytes_max, expected, tick)?;
+        frames.keep(&answer.packet(), &self.last.frame);
+        Ok(answer)
+    }
+}
+
+impl AgentEnd for Agent {
+    fn receive(&mut self, percept: &mut Percept) -> Result<Option<Result<u32, PerceptError>>, ServiceError> {
+        Ok(self.inbox.lock().unwrap().pop_front().map(|sent| {
+            *percept = sent;
+            Ok(0)
+        }))
+    }
+
+    fn send(&mut self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
+        let message = Message { command: Some(command), frame: frame.to_vec(), notes: notes.to_vec() };
+        push(&self.uplink, message);
+        Ok(())
+    }
+}
+
+/// Ends that agents may take; `None` once one has.
+#[derive(Debug, Default)]
+struct InMemory(Mutex<BTreeMap<RobotId, Option<Agent>>>);
+
+impl Subject for InMemory {
+    type Arena = Arena;
+    type Agent = Agent;
+
+    fn unread_max(&self) -> usize {
+        QUEUE_LEN
+    }
+
+    fn host(&self, life: RobotId, payload_bytes_max: usize) -> Result<Arena, ServiceError> {
+        let (inbox, uplink) = (Queue::default(), Queue::default());
+        let agent = Agent { inbox: Arc::clone(&inbox), uplink: Arc::clone(&uplink) };
+        self.0.lock().unwrap().insert(life, Some(agent));
+        Ok(Arena { inbox, uplink, last: Message::default(), payload_bytes_max })
+    }
+
+    fn join(&self, life: RobotId, _: usize) -> Result<Agent, ServiceError> {
+        let mut places = self.0.lock().unwrap();
+        let place = places.get_mut(&life).ok_or(ServiceError::Unknown(life))?;
+        place.take().ok_or(ServiceError::Taken(life))
+    }
+}
+
+#[test]
+fn a_plane_of_another_crate_can_be_held_to_the_suite() {
+    conformance::check(&InMemory::default());
+}
