@@ -7,9 +7,9 @@ use std::{process, process::ExitCode, sync::Arc};
 use agents::{HostConfig, Link, Lockstep, Measure, Realtime, Trials};
 use anyhow::Context;
 use arena::Arena;
-use arena_daemon::{options::RunOptions, trial};
 use clap::Parser;
 use engine::{Observer, Plan, StopFlag, summary::Summary};
+use logging::Format;
 use observe::{
     agents::AgentTotals,
     convergence::ConvergenceWarning,
@@ -19,15 +19,17 @@ use observe::{
     progress::{self, Audience, Progress, Report},
     recovery::Recovery,
     trace::Trace,
+    trial,
 };
+use options::{Assignment, PlayOptions, RunOptions};
 use processes::signals;
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
-use scenario::{RobotSet, Scenario};
+use scenario::Scenario;
 use squad::Squad;
 use transport::{
     control::Event,
-    run_dir::{RunDir, RunName},
+    run_dir::{RunDir, RunLock, RunName},
 };
 
 /// Play the world of a run: motion, infrared and lamps for robot-agents that join it
@@ -43,45 +45,36 @@ struct Cli {
     /// Name of the run, which agents join it by
     #[arg(long)]
     name: RunName,
+}
 
-    /// Robots that the supervisor leaves to be started by hand
-    #[arg(long, value_name = "ROBOTS")]
-    by_hand: Option<RobotSet>,
-
-    /// Take orders from standard input and report events on standard output
-    #[arg(long, hide = true)]
+/// Command line of an arena with a supervisor, which has left all else in the run's folder.
+#[derive(Debug, Parser)]
+struct Supervised {
+    #[arg(long, required = true)]
     supervised: bool,
 
-    /// Report progress to the supervisor, which shows it
-    #[arg(long, hide = true, requires = "supervised")]
-    live: bool,
-
-    /// Play trial after trial, as the supervisor orders
-    #[arg(long, hide = true, requires = "supervised")]
-    trials: bool,
+    #[arg(long)]
+    name: RunName,
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let survives = files::survive_size_limit();
-    let (quiet, format) = (cli.run.quiet, cli.run.log_format());
-    progress::init_log(quiet, format, progress::beside_live_line, !cli.supervised);
-    logging::in_run(&cli.name);
-    let outcome = survives.context("cannot handle signals").and_then(|()| run(&cli));
+    let (is_supervised, outcome) = match Supervised::try_parse() {
+        Ok(Supervised { name, .. }) => (true, supervised(name)),
+        Err(_) => (false, alone(&Cli::parse())),
+    };
     let failure = match &outcome {
-        Ok(Over::Run(summary)) => summary.trouble(),
-        Ok(Over::Trials) => None,
+        Ok(summary) => summary.as_ref().and_then(Summary::trouble),
         Err(error) => Some(format!("{error:#}")),
     };
-    match (cli.supervised, outcome) {
-        (true, Ok(Over::Run(summary))) => agents::tell(&Event::Summary(summary.json())),
+    match (is_supervised, outcome) {
+        (true, Ok(Some(summary))) => agents::tell(&Event::Summary(summary.json())),
         (true, Err(error)) => agents::tell(&Event::Failed(format!("{error:#}"))),
-        (false, Ok(Over::Run(summary))) => print!("{}", summary.json()),
-        (_, Ok(Over::Trials)) | (false, Err(_)) => {}
+        (false, Ok(Some(summary))) => print!("{}", summary.json()),
+        (_, Ok(None)) | (false, Err(_)) => {}
     }
     match failure {
         // A supervisor says it in its own words.
-        Some(_) if cli.supervised => ExitCode::FAILURE,
+        Some(_) if is_supervised => ExitCode::FAILURE,
         Some(failure) => {
             logging::fatal(env!("CARGO_CRATE_NAME"), &failure);
             ExitCode::FAILURE
@@ -90,62 +83,79 @@ fn main() -> ExitCode {
     }
 }
 
-/// Result of this process.
-enum Over {
-    Run(Box<Summary>),
-    /// The records of all trials have been told.
-    Trials,
+/// Plays what the supervisor has assigned, which has made the run and will remove it. Returns no summary of trials:
+/// their records have been told.
+fn supervised(name: RunName) -> anyhow::Result<Option<Summary>> {
+    let run = RunDir::of(name);
+    let assignment = Assignment::read(&run)?;
+    begin_log(run.name(), assignment.is_quiet(), Format::from_env().unwrap_or_default(), false);
+    let stop = stop_on_signals()?;
+    let scenario = Scenario::load(&run.scenario_path(), &[])?;
+    let (link, trials) = Link::to_supervisor(stop.clone());
+    let by_hand = assignment.by_hand().cloned();
+    let host = HostConfig { run: run.clone(), link, by_hand, measure: None };
+    in_run(&run, None, || match assignment {
+        Assignment::Run { options, is_shown, .. } => {
+            let audience = match is_shown {
+                true => Audience::Elsewhere(Box::new(tell_progress)),
+                false => Audience::StandardError,
+            };
+            one_run(&options, &scenario, host, audience, &stop).map(Some)
+        }
+        Assignment::Trials => all_trials(scenario, &trials, host, &stop).map(|()| None),
+    })
 }
 
-fn run(cli: &Cli) -> anyhow::Result<Over> {
+/// Plays a run of which every robot is started by hand.
+fn alone(cli: &Cli) -> anyhow::Result<Option<Summary>> {
+    let options = &cli.run.play;
+    begin_log(&cli.name, options.quiet, options.log_format(), true);
+    let stop = stop_on_signals()?;
     let scenario = cli.run.load()?;
-    let endpoint = cli.run.metrics.map(Endpoint::bind).transpose()?;
+    let (run, owner) = RunDir::create(cli.name.clone())?;
+    in_run(&run, Some(owner), || {
+        let host = HostConfig { run: run.clone(), link: Link::none(), by_hand: None, measure: None };
+        one_run(options, &scenario, host, Audience::StandardError, &stop).map(Some)
+    })
+}
+
+fn begin_log(name: &RunName, is_quiet: bool, format: Format, complains: bool) {
+    progress::init_log(is_quiet, format, progress::beside_live_line, complains);
+    logging::in_run(name);
+}
+
+/// Returns a flag that is raised by the signals that end a run; those that stop a process stop it whole.
+fn stop_on_signals() -> anyhow::Result<StopFlag> {
+    files::survive_size_limit().context("cannot handle signals")?;
     let stop = StopFlag::default();
     signals::raise_on_stop(&stop).context("cannot listen for signals")?;
     signals::stand_still_on_terminal_stop(|stop_this_process| stop_this_process())
         .context("cannot listen for signals")?;
-    let (link, trials) = match cli.supervised {
-        true => {
-            let (link, trials) = Link::to_supervisor(stop.clone());
-            (link, cli.trials.then_some(trials))
-        }
-        false => (Link::none(), None),
-    };
-    let (run, owner) = match cli.supervised {
-        // The supervisor has made the run and will remove it.
-        true => (RunDir::of(cli.name.clone()), None),
-        false => RunDir::create(cli.name.clone()).map(|(run, owner)| (run, Some(owner)))?,
-    };
-    let alive = run.go_live()?;
-    let by_hand = cli.by_hand.clone();
-    let host = HostConfig { run: run.clone(), link, by_hand, measure: None };
-    let over = match trials {
-        Some(trials) => play(scenario, &trials, host, &stop).map(|()| Over::Trials),
-        None => {
-            let live = watchable(cli, &scenario, &run, endpoint)?;
-            one_run(cli, &scenario, host, live, &stop).map(|summary| Over::Run(Box::new(summary)))
-        }
-    };
-    drop(alive);
-    drop(owner);
-    // Does nothing while the supervisor owns the run. Agents that are still leaving keep what they
-    // have mapped; the names are no longer needed.
-    run.remove_if_dead().context("cannot clean up after the run")?;
-    over
+    Ok(stop)
 }
 
-/// Lets others watch the run: over its socket, and at `endpoint` if there is one.
-fn watchable(
-    cli: &Cli,
-    scenario: &Scenario,
+/// Does `work` as the living arena of `run`. What is left of it is removed if we are the owner, or that has died.
+fn in_run<T>(
     run: &RunDir,
-    endpoint: Option<Endpoint>,
-) -> anyhow::Result<Arc<Live>> {
+    owner: Option<RunLock>,
+    work: impl FnOnce() -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    let alive = run.go_live()?;
+    let outcome = work();
+    drop((alive, owner));
+    // Agents that are still leaving keep what they have mapped; the names are no longer needed.
+    run.remove_if_dead().context("cannot clean up after the run")?;
+    outcome
+}
+
+/// Lets others watch the run: over its socket, and at the address of `--metrics` if there is one.
+fn watchable(options: &PlayOptions, scenario: &Scenario, run: &RunDir) -> anyhow::Result<Arc<Live>> {
+    let endpoint = options.metrics.map(Endpoint::bind).transpose()?;
     let about = About {
         run: run.name().to_string(),
         scenario: scenario.name.clone(),
         engine: "processes".into(),
-        mode: cli.run.mode(),
+        mode: options.mode(),
         arena_pid: process::id(),
     };
     let live = Arc::new(Live::new(about, scenario.ticks(), endpoint.is_some()));
@@ -156,14 +166,14 @@ fn watchable(
 }
 
 fn one_run(
-    cli: &Cli,
+    options: &PlayOptions,
     scenario: &Scenario,
     host: HostConfig,
-    live: Arc<Live>,
+    audience: Audience,
     stop: &StopFlag,
 ) -> anyhow::Result<Summary> {
-    let options = &cli.run;
     let mode = options.mode();
+    let live = watchable(options, scenario, &host.run)?;
     let mut arena = Arena::new(scenario)?;
     let (profile, watched) = (ProfileSlot::default(), WatchedCycles::default());
     let mut outputs = (options.out.as_deref())
@@ -182,15 +192,10 @@ fn one_run(
         Mode::Lockstep => Box::new(Lockstep::open(scenario, host, stop.clone())?),
         Mode::Realtime => Box::new(Realtime::open(scenario, host)?),
     };
-    let audience = match (options.quiet, cli.live) {
-        (true, _) => None,
-        (false, true) => Some(Audience::Elsewhere(Box::new(tell_progress))),
-        (false, false) => Some(Audience::StandardError),
-    };
     let (mut context, mut recovery) = (LogContext, Recovery::new(scenario));
     let mut convergence = ConvergenceWarning::default();
     let (mut totals, mut publisher) = (AgentTotals(profile), SnapshotPublisher::new(live, watched));
-    let mut progress = audience.map(Progress::new);
+    let mut progress = (!options.quiet).then(|| Progress::new(audience));
     let mut observers: Vec<&mut dyn Observer> =
         vec![&mut context, &mut convergence, &mut recovery, &mut totals, &mut publisher];
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
@@ -209,7 +214,7 @@ fn tell_progress(Report { position, total, text }: Report) {
 
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
 /// there are no more, or the squad can no longer be used.
-fn play(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
+fn all_trials(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
     let mut squad = Lockstep::open(&scenario, host, stop.clone())?;
     let mut next = Some(scenario);
     while let Some(scenario) = next {

@@ -13,12 +13,12 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena::plan_warnings::warnings;
-use arena_daemon::options::ScenarioOptions;
 use clap::{Args, ValueEnum};
 use engine::{StopFlag, summary::Summary};
 use files::WriteError;
 use logging::Format;
 use observe::progress::Meter;
+use options::ScenarioOptions;
 use processes::signals::{exit_status, raise_on_stop};
 use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde_json::{Value, json};

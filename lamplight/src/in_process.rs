@@ -4,10 +4,13 @@ use std::panic::{self, AssertUnwindSafe};
 
 use anyhow::bail;
 use arena::Arena;
-use arena_daemon::trial;
+
 use coverage::{CoverageController, setup::CoverageSetup};
 use engine::{InProcess, Observer, Plan, StopFlag, summary::Summary};
-use observe::{recovery::Recovery, trial::Record};
+use observe::{
+    recovery::Recovery,
+    trial::{self, Record},
+};
 use protocol::robot_id::RobotId;
 use scenario::Scenario;
 use squad::Squad;

@@ -1,13 +1,17 @@
 //! `lamplight run`: one scenario, one engine.
 
-use std::{process, process::ExitCode, sync::Arc};
+use std::{
+    io::{self, IsTerminal},
+    process,
+    process::ExitCode,
+    sync::Arc,
+};
 
 use anyhow::{Context, anyhow};
 use arena::{
     Arena, placement,
     plan_warnings::{named, warnings},
 };
-use arena_daemon::options::RunOptions;
 use clap::{Args, ValueEnum};
 use engine::{Observer, Plan, StopFlag, summary::Ending};
 use observe::{
@@ -17,6 +21,7 @@ use observe::{
     progress::{Audience, Progress},
     recovery::Recovery,
 };
+use options::{Assignment, PlayOptions, RunOptions};
 use processes::signals::{exit_status, raise_on_stop};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
@@ -89,13 +94,13 @@ pub(crate) struct Outcome {
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    log::begin(args.options.quiet, args.options.log_format());
+    log::begin(args.options.play.quiet, args.options.play.log_format());
     if let (Engine::Processes, Some(Ok(robots))) =
         (args.engine, args.options.scenario.robots.map(u32::try_from))
     {
         // The first limit a larger swarm meets, and the one a user can do something about.
         if args.options.scenario.file.is_file() {
-            limits::prepare(robots, args.options.mode().plane()).map_err(Failure::Usage)?;
+            limits::prepare(robots, args.options.play.mode().plane()).map_err(Failure::Usage)?;
         }
     }
     let mut scenario = args.options.load().map_err(Failure::usage)?;
@@ -155,7 +160,7 @@ fn never_fired(scenario: &Scenario, summary: &Value) -> Vec<String> {
 }
 
 fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failure> {
-    let options = &args.options;
+    let options = &args.options.play;
     if options.mode() == Mode::Realtime {
         let message =
             "the in-process engine has virtual time only; use --engine processes for --mode realtime";
@@ -190,7 +195,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
 }
 
 /// Where those are told who read metrics, if somebody shall.
-fn watchable(options: &RunOptions, scenario: &Scenario) -> Result<Option<Arc<Live>>, Failure> {
+fn watchable(options: &PlayOptions, scenario: &Scenario) -> Result<Option<Arc<Live>>, Failure> {
     let Some(address) = options.metrics else { return Ok(None) };
     let endpoint = Endpoint::bind(address).map_err(Failure::usage)?;
     let about = About {
@@ -212,8 +217,8 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
         return Err(Failure::Usage(anyhow!(message)));
     }
     // The arena will take it; that it cannot is to be known before anything is started.
-    args.options.metrics.map(Endpoint::bind).transpose().map_err(Failure::usage)?;
-    limits::prepare(robots, scenario.plane(args.options.mode())).map_err(Failure::Usage)?;
+    args.options.play.metrics.map(Endpoint::bind).transpose().map_err(Failure::usage)?;
+    limits::prepare(robots, scenario.plane(args.options.play.mode())).map_err(Failure::Usage)?;
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
     let outcome = supervised(args, scenario, &run, &watch);
@@ -223,9 +228,10 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
 
 /// Runs the processes of a run that is ours.
 fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
-    prepare_out(&args.options)?;
-    files::replace(&run.scenario_path(), scenario.to_toml())?;
-    supervisor::run(&args.options, run, scenario, args.by_hand.as_ref(), watch, None).map_err(Failure::Run)
+    let (options, by_hand) = (args.options.play.clone(), args.by_hand.clone());
+    prepare_out(&options)?;
+    let assignment = Assignment::Run { options, by_hand, is_shown: io::stderr().is_terminal() };
+    supervisor::run(&assignment, run, scenario, watch, None).map_err(Failure::Run)
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.
@@ -234,7 +240,7 @@ fn interrupted(signal: Option<i32>) -> ExitCode {
 }
 
 /// Finds out that results cannot be written before a robot has moved; from here on the log is kept there too.
-fn prepare_out(options: &RunOptions) -> Result<(), Failure> {
+fn prepare_out(options: &PlayOptions) -> Result<(), Failure> {
     if let Some(folder) = options.out.as_deref() {
         outputs::prepare(folder).map_err(Failure::Usage)?;
         log::keep_in(folder);

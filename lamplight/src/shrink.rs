@@ -17,11 +17,11 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use arena::{placement, plan_warnings::warnings};
-use arena_daemon::options::ScenarioOptions;
 use clap::Args;
 use engine::StopFlag;
 use logging::Format;
 use observe::progress::Meter;
+use options::ScenarioOptions;
 use processes::signals::{exit_status, raise_on_stop};
 use scenario::{Fault, Scenario};
 use serde_json::Value;

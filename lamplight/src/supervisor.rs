@@ -8,7 +8,7 @@
 
 use std::{
     collections::VecDeque,
-    io::{self, BufRead, BufReader, IsTerminal, Write},
+    io::{BufRead, BufReader, Write},
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
@@ -17,9 +17,9 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use arena_daemon::options::RunOptions;
 use logging::FORMAT_VARIABLE;
 use observe::progress::Meter;
+use options::Assignment;
 use processes::{
     Process,
     signals::{ONE_WISH, STOP_SIGNALS},
@@ -87,17 +87,18 @@ pub(crate) type NextTrial<'a> = Box<dyn FnMut(&str) -> anyhow::Result<Option<Str
 /// Runs the processes of `run`, which is the caller's, to their end: one run, or as many trials as
 /// `next_trial` gives.
 pub(crate) fn run(
-    options: &RunOptions,
+    assignment: &Assignment,
     run: &RunDir,
     scenario: &Scenario,
-    by_hand: Option<&RobotSet>,
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
+    files::replace(&run.scenario_path(), scenario.to_toml())?;
+    assignment.write(run)?;
     let Watch { sender, events, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
-    let start = Start { options, run, scenario, by_hand, log: &log, children };
+    let start = Start { run, scenario, by_hand: assignment.by_hand(), log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
     let outcome = supervisor.watch(events);
     supervisor.clear_away(events);
@@ -107,7 +108,6 @@ pub(crate) fn run(
 /// Parts that a supervisor starts from.
 #[derive(Clone, Copy)]
 struct Start<'a> {
-    options: &'a RunOptions,
     run: &'a RunDir,
     scenario: &'a Scenario,
     by_hand: Option<&'a RobotSet>,
@@ -149,25 +149,15 @@ struct Stopping {
 
 impl<'a> Supervisor<'a> {
     fn start(
-        Start { options, run, scenario, by_hand, log, children }: Start<'a>,
+        Start { run, scenario, by_hand, log, children }: Start<'a>,
         sender: Sender<SupervisorEvent>,
         next_trial: Option<NextTrial<'a>>,
     ) -> anyhow::Result<Self> {
         let agent_program = preferred(beside_us("robot-agent")?);
         let mut command = Command::new(beside_us("arena-daemon")?);
-        command.args(["--supervised".into(), format!("--name={}", run.name())]);
-        if let Some(robots) = by_hand {
-            command.arg(format!("--by-hand={robots}"));
-        }
-        if next_trial.is_some() {
-            command.arg("--trials");
-        }
-        if io::stderr().is_terminal() {
-            command.arg("--live");
-        }
-        command.args(options.arguments(&run.scenario_path()));
         let mut group = children.lock();
         command
+            .args(["--supervised".into(), format!("--name={}", run.name())])
             .env(FORMAT_VARIABLE, logging::format().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -7,6 +7,7 @@
 
 mod error;
 mod lines;
+pub mod os_path;
 mod reserve;
 mod size_limit;
 mod whole;

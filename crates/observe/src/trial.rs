@@ -2,13 +2,20 @@
 //!
 //! The [`Record`] is the same to the last bit by whatever squad, and without any wall time.
 
-use arena::metrics::{EstimatedErrors, Metrics};
+use anyhow::Context;
+use arena::{
+    Arena,
+    metrics::{EstimatedErrors, Metrics},
+};
 use engine::{
-    Incident, Observer, ObserverError, RobotStatus, TickView,
+    Incident, Observer, ObserverError, Plan, RobotStatus, StopFlag, TickView,
     summary::{Ending, Summary},
 };
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
+use squad::Squad;
+
+use crate::log_context::LogContext;
 
 /// Tolerances in meters for which a trial notes when ‖ê‖ fell below them, from the coarsest on.
 pub const TOLERANCES_M: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
@@ -65,6 +72,26 @@ pub struct Place {
     pub end_m: [f64; 2],
     /// Whether it was neither killed nor left out.
     pub alive: bool,
+}
+
+/// Plays one trial of `scenario` in lock-step by `squad`, which goes by the name of `engine`, as one of many runs on this
+/// machine.
+///
+/// # Errors
+/// If the scenario has no room for its robots. A squad that fails ends the trial, and the record says so.
+pub fn play(
+    scenario: &Scenario,
+    squad: &mut dyn Squad,
+    engine: &'static str,
+    stop: &StopFlag,
+) -> anyhow::Result<Record> {
+    let mut arena = Arena::new(scenario)?;
+    let start = arena.poses().iter().map(|pose| [pose.position.x, pose.position.y]).collect();
+    let mut trial = Trial::new(scenario, start);
+    let plan = Plan { engine, shares: false, ..Plan::IN_PROCESS };
+    let observers: &mut [&mut dyn Observer] = &mut [&mut LogContext, &mut trial];
+    engine::play(scenario, &mut arena, squad, plan, observers, stop);
+    trial.record().context("the loop tells every observer of the end")
 }
 
 fn is_fresh(robot: &RobotStatus) -> bool {

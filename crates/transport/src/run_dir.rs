@@ -4,6 +4,7 @@
 //! owner       locked (flock) by who made the run and will remove it: the supervisor, or an arena alone
 //! arena       locked by the arena while it lives: what agents ask
 //! scenario.toml   the scenario as resolved
+//! assignment.json what else the supervisor tells its arena
 //! setup.bin   what agents are told at their start (`codec`); `setup.ROBOT` where controllers differ
 //! doorbell    the page of `doorbell`
 //! live        a socket that tells how the run goes, for its owner alone
@@ -325,6 +326,11 @@ impl RunDir {
     /// The scenario as resolved.
     pub fn scenario_path(&self) -> PathBuf {
         self.path().join("scenario.toml")
+    }
+
+    /// What else the supervisor tells its arena.
+    pub fn assignment_path(&self) -> PathBuf {
+        self.path().join("assignment.json")
     }
 
     /// Path of the setup that every agent reads at its start that has none of its own.

@@ -6,8 +6,8 @@ use std::{collections::BTreeMap, path::Path, slice};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use arena::{placement, plan_warnings::warnings};
-use arena_daemon::options::toml_number;
 use clap::ValueEnum;
+use options::toml_number;
 use scenario::{Override, SEED_MAX, Scenario};
 use serde::{Deserialize, Serialize};
 

@@ -13,10 +13,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use arena_daemon::options::{ModeName, OverloadName, RunOptions, ScenarioOptions};
 use coverage::law::Law;
 use engine::{StopFlag, summary::Ending};
-use observe::{trace::TraceOptions, trial::Record};
+use observe::trial::Record;
+use options::Assignment;
 use processes::signals::raise_on_stop;
 use protocol::setup::Mode;
 use scenario::{Controller, RobotSet, Scenario};
@@ -256,7 +256,6 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
     let Some(Trial { scenario, .. }) = course.present() else { return Ok(None) };
     let bodies = bodies(&scenario);
     let (run, owner) = RunDir::create(name::unique(&name::plain(&scenario.name)))?;
-    let written = files::replace(&run.scenario_path(), scenario.to_toml());
     let before = (course.missing.len(), course.is_second_time);
     // What ends the batch, in contrast to what ends the swarm.
     let mut failed = None;
@@ -269,9 +268,7 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
         let following = course.present().filter(|_| goes_on).map(|trial| trial.scenario);
         Ok(following.filter(|scenario| self::bodies(scenario) == bodies).map(|scenario| scenario.to_toml()))
     });
-    let outcome = written
-        .map_err(anyhow::Error::from)
-        .and_then(|()| supervisor::run(&options(&scenario), &run, &scenario, None, watch, Some(next_trial)));
+    let outcome = supervisor::run(&Assignment::Trials, &run, &scenario, watch, Some(next_trial));
     run.remove_own(owner)?;
     let nothing_came = before == (course.missing.len(), course.is_second_time);
     match (failed, outcome) {
@@ -289,27 +286,4 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
 fn bodies(scenario: &Scenario) -> Vec<(RobotSet, Option<Vec<String>>)> {
     let body = |it: &Controller| (it.robots.clone(), it.program().map(|program| program.command.clone()));
     scenario.controllers.iter().map(body).collect()
-}
-
-/// The arena reads the scenario from the run's folder, and says nothing.
-fn options(scenario: &Scenario) -> RunOptions {
-    let scenario = ScenarioOptions {
-        file: scenario.name.clone().into(),
-        robots: None,
-        seed: None,
-        duration: None,
-        sets: Vec::new(),
-    };
-    RunOptions {
-        scenario,
-        mode: ModeName::Lockstep,
-        speed: None,
-        overload: OverloadName::Report,
-        out: None,
-        metrics: None,
-        no_profile: true,
-        trace: TraceOptions::default(),
-        log: None,
-        quiet: true,
-    }
 }

@@ -11,6 +11,8 @@ use std::{
     sync::Arc,
 };
 
+use serde::{Deserialize, Serialize};
+
 use super::{prometheus, server, state::Live};
 
 /// Longest request that is read, bytes.
@@ -21,7 +23,7 @@ const HEADERS_MAX: usize = 64;
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// Where metrics are served: `127.0.0.1:9464`, `[::1]:9464`, or `:9464` on this machine alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MetricsAddr(pub SocketAddr);
 
 impl FromStr for MetricsAddr {

@@ -1,17 +1,19 @@
 //! Command-line options of a trace.
 
-use std::{ffi::OsString, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use scenario::{RobotSet, Scenario};
+use serde::{Deserialize, Serialize};
 
 /// Megabytes of a trace, unless somebody says otherwise. A viewer in a browser opens that in a few seconds.
 const MAX_MB: u64 = 256;
 
 /// Whether there is to be a trace, and of what.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub struct TraceOptions {
     /// Write what happens when into this new file, a trace to be opened in a viewer such as ui.perfetto.dev
+    #[serde(with = "files::os_path")]
     #[arg(id = "trace", long = "trace", value_name = "FILE")]
     pub file: Option<PathBuf>,
 
@@ -77,15 +79,5 @@ impl TraceOptions {
     pub fn traced(&self, scenario: &Scenario) -> Option<RobotSet> {
         self.file.as_ref()?;
         self.robots.clone().or_else(|| RobotSet::of(0..scenario.robot_count()))
-    }
-
-    /// Arguments by which another program does the same.
-    pub fn arguments(&self) -> Vec<OsString> {
-        let Some(file) = &self.file else { return Vec::new() };
-        // One argument, so that a name may begin with a dash.
-        let mut argument = OsString::from("--trace=");
-        argument.push(file);
-        let robots = self.robots.iter().map(|robots| format!("--trace-robots={robots}").into());
-        [argument, format!("--trace-max-mb={}", self.max_mb).into()].into_iter().chain(robots).collect()
     }
 }

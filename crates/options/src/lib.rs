@@ -1,9 +1,11 @@
-//! Command-line options of a scenario and a run of it, shared by the programs and their subcommands.
+//! Command-line options of a scenario and a run of it, shared by the programs and their subcommands, and the file by which
+//! a supervisor hands them on to its arena.
 
-use std::{
-    ffi::OsString,
-    path::{Path, PathBuf},
-};
+#![forbid(unsafe_code)]
+
+mod assignment;
+
+use std::path::PathBuf;
 
 use clap::{
     Args, ValueEnum,
@@ -17,12 +19,15 @@ use observe::{
 };
 use protocol::setup::Mode;
 use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
+use serde::{Deserialize, Serialize};
+
+pub use assignment::Assignment;
 
 /// Longest wall time of a step, seconds: a year. Beyond what clocks count, nothing would be held back at all.
 const STEP_WALL_MAX_S: f64 = 365.0 * 86_400.0;
 
 /// How time passes, as the command line spells it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[value(rename_all = "lower")]
 pub enum ModeName {
     /// Virtual time: every tick waits for every live robot
@@ -33,7 +38,7 @@ pub enum ModeName {
 }
 
 /// What is done in real time when the machine cannot keep up, as the command line spells it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 pub enum OverloadName {
     /// The run fails as soon as the arena is a whole tick late
     Fail,
@@ -75,6 +80,14 @@ pub struct RunOptions {
     #[command(flatten)]
     pub scenario: ScenarioOptions,
 
+    /// How it is played
+    #[command(flatten)]
+    pub play: PlayOptions,
+}
+
+/// How a scenario is played, and what is kept and shown of it.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub struct PlayOptions {
     /// How time passes
     #[arg(long, value_enum, default_value_t)]
     pub mode: ModeName,
@@ -89,6 +102,7 @@ pub struct RunOptions {
 
     /// Write summary.json, metrics.csv, robots.csv, ledger.csv, latency.hlog, scenario.toml and the log to
     /// this new folder
+    #[serde(with = "files::os_path")]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
@@ -105,6 +119,7 @@ pub struct RunOptions {
     pub trace: TraceOptions,
 
     /// How log lines are written, on standard error [default: what LAMPLIGHT_LOG says, or text]
+    #[serde(skip)]
     #[arg(long, value_name = "FORMAT", value_parser = log_format())]
     pub log: Option<Format>,
 
@@ -169,18 +184,21 @@ impl ScenarioOptions {
 impl RunOptions {
     /// Reads the scenario, with what the command line sets.
     pub fn load(&self) -> Result<Scenario, LoadError> {
-        if let (ModeName::Realtime, Some(speed)) = (self.mode, self.speed) {
+        let PlayOptions { mode, speed, trace, no_profile, .. } = &self.play;
+        if let (ModeName::Realtime, Some(speed)) = (mode, *speed) {
             return Err(LoadError::SpeedInRealtime(speed));
         }
         let scenario = self.scenario.load()?;
         let step_s = scenario.step_s.get();
-        if let Some(speed) = self.speed.filter(|speed| step_s / speed > STEP_WALL_MAX_S) {
+        if let Some(speed) = speed.filter(|speed| step_s / speed > STEP_WALL_MAX_S) {
             return Err(LoadError::TooSlow { speed, step_s });
         }
-        self.trace.check(&scenario, !self.no_profile)?;
+        trace.check(&scenario, !no_profile)?;
         Ok(scenario)
     }
+}
 
+impl PlayOptions {
     /// How time passes.
     pub fn mode(&self) -> Mode {
         match self.mode {
@@ -201,35 +219,6 @@ impl RunOptions {
     /// How log lines are written. A word of the environment that is no format is warned of when logging begins.
     pub fn log_format(&self) -> Format {
         self.log.unwrap_or_else(|| Format::from_env().unwrap_or_default())
-    }
-
-    /// Arguments by which another program does the same to `scenario`, which is resolved already.
-    pub fn arguments(&self, scenario: &Path) -> Vec<OsString> {
-        let mode = self.mode.to_possible_value().expect("no mode is hidden");
-        let mut arguments: Vec<OsString> = vec!["--mode".into(), mode.get_name().into()];
-        if let Some(speed) = self.speed {
-            arguments.extend(["--speed".into(), speed.to_string().into()]);
-        }
-        let overload = self.overload.to_possible_value().expect("no policy is hidden");
-        arguments.extend(["--overload".into(), overload.get_name().into()]);
-        if let Some(out) = &self.out {
-            // One argument, so that a name may begin with a dash.
-            let mut argument = OsString::from("--out=");
-            argument.push(out);
-            arguments.push(argument);
-        }
-        if let Some(address) = self.metrics {
-            arguments.push(format!("--metrics={address}").into());
-        }
-        if self.no_profile {
-            arguments.push("--no-profile".into());
-        }
-        arguments.extend(self.trace.arguments());
-        if self.quiet {
-            arguments.push("--quiet".into());
-        }
-        arguments.push(scenario.into());
-        arguments
     }
 }
 
