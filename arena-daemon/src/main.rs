@@ -219,7 +219,7 @@ fn all_trials(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &Stop
     let mut next = Some(scenario);
     while let Some(scenario) = next {
         let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
-        agents::tell(&Event::Summary(serde_json::to_string(&record).context("a record is plain data")?));
+        agents::tell(&Event::Record(serde_json::to_string(&record).context("a record is plain data")?));
         let text = if record.squad_is_whole { trials.next() } else { None };
         next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
     }

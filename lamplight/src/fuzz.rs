@@ -21,7 +21,7 @@ use observe::progress::Meter;
 use options::ScenarioOptions;
 use processes::signals::{exit_status, raise_on_stop};
 use scenario::{Positive, SEED_MAX, Scenario, Seed};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use self::{cross_engine::Workshop, invariants::Invariants};
 use protocol::setup::Mode;
@@ -191,22 +191,27 @@ fn as_it_must_be(text: &str, stop: &StopFlag) -> Result<Summary, String> {
 }
 
 /// The first agent that was lost without having been meant to be.
-fn lost(summary: &Value) -> Option<String> {
-    Some(summary["incidents"].get(0)?["what"].as_str()?.to_owned())
+fn lost(summary: &Summary) -> Option<String> {
+    summary.incidents.first().map(|incident| incident.what.clone())
 }
 
 /// Do both engines say the same, and the processes nothing that was not planned?
-fn agree(summary: &Summary, processes: &Value) -> Result<(), String> {
-    let ours = serde_json::to_value(summary).expect("a summary is plain data");
-    let same = ["digest", "packets", "robots_alive", "faults"].map(|key| (key, &ours[key]));
-    let (none, zero) = (json!([]), json!(0));
-    let quiet = [("incidents", &none), ("commands_refused", &zero), ("contacts_unsolved", &zero)];
-    for (key, expected) in same.into_iter().chain(quiet) {
-        if processes[key] != *expected {
-            return Err(format!("as processes, {key} is {}, not {expected}", processes[key]));
-        }
+fn agree(ours: &Summary, processes: &Summary) -> Result<(), String> {
+    same("digest", &processes.digest, &ours.digest)?;
+    same("packets", &processes.end.packets, &ours.end.packets)?;
+    same("robots_alive", &processes.end.robots_alive, &ours.end.robots_alive)?;
+    same("faults", &processes.faults, &ours.faults)?;
+    same("incidents", &processes.incidents, &Vec::new())?;
+    same("commands_refused", &processes.commands_refused, &0)?;
+    same("contacts_unsolved", &processes.contacts_unsolved, &0)
+}
+
+fn same<T: PartialEq + Serialize>(key: &str, found: &T, expected: &T) -> Result<(), String> {
+    let shown = |value| serde_json::to_string(value).expect("parts of a summary are plain data");
+    match found == expected {
+        true => Ok(()),
+        false => Err(format!("as processes, {key} is {}, not {}", shown(found), shown(expected))),
     }
-    Ok(())
 }
 
 /// Report of a failed run: what broke, how to repeat it, and where its scenario is.

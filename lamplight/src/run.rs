@@ -13,7 +13,10 @@ use arena::{
     plan_warnings::{named, warnings},
 };
 use clap::{Args, ValueEnum};
-use engine::{Observer, Plan, StopFlag, summary::Ending};
+use engine::{
+    Observer, Plan, StopFlag,
+    summary::{Ending, Summary},
+};
 use observe::{
     live::{About, Live, SnapshotPublisher, http::Endpoint},
     log_context::LogContext,
@@ -26,7 +29,6 @@ use processes::signals::{exit_status, raise_on_stop};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
 use scenario::{RobotSet, Scenario};
-use serde_json::{Value, json};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
 
@@ -87,8 +89,8 @@ pub(crate) struct RunArgs {
 
 /// Result of a run.
 pub(crate) struct Outcome {
-    /// Its `summary.json`; `None` if a second signal ended it at once.
-    pub(crate) summary: Option<String>,
+    /// Its summary; `None` of trials, or if a second signal ended it at once.
+    pub(crate) summary: Option<Summary>,
     /// The signal that cut it short, if one did.
     pub(crate) signal: Option<i32>,
 }
@@ -117,14 +119,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         Engine::InProcess => in_one_process(args, &scenario)?,
         Engine::Processes => processes(args, &scenario, name)?,
     };
-    let Some(text) = outcome.summary else {
+    let Some(summary) = outcome.summary else {
         logging::fatal(env!("CARGO_CRATE_NAME"), "ended at once; there is no summary");
         return Ok(interrupted(outcome.signal));
     };
-    let summary: Value = serde_json::from_str(&text).map_err(Failure::run)?;
-    say(&if args.json { text } else { summary_text::lines(&summary) })?;
-    let trouble = trouble(&summary);
-    if summary["ended"] == json!(Ending::Interrupted) {
+    say(&if args.json { summary.json() } else { summary_text::lines(&summary) })?;
+    let trouble = summary.trouble();
+    if summary.ended == Ending::Interrupted {
         trouble.iter().for_each(|what| tracing::warn!("{what}"));
         return Ok(interrupted(outcome.signal));
     }
@@ -141,20 +142,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Failures of a run: of itself, and of results that could not be written.
-fn trouble(summary: &Value) -> Option<String> {
-    let failed = summary["ended"] == json!(Ending::Failed);
-    let failure = failed.then(|| summary["failure"].as_str().unwrap_or("the run failed"));
-    let unwritten = summary["unwritten"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    let all: Vec<&str> = failure.into_iter().chain(unwritten).collect();
-    (!all.is_empty()).then(|| all.join("; "))
-}
-
 /// The faults of the plan that did nothing.
-fn never_fired(scenario: &Scenario, summary: &Value) -> Vec<String> {
-    let ledger = summary["faults"].as_array().into_iter().flatten();
-    let plan = scenario.fault.iter().enumerate().zip(ledger);
-    plan.filter(|(_, line)| line["fired_tick"].is_null())
+fn never_fired(scenario: &Scenario, summary: &Summary) -> Vec<String> {
+    let plan = scenario.fault.iter().enumerate().zip(&summary.faults);
+    plan.filter(|(_, fault)| fault.line.fired_tick.is_none())
         .map(|((index, fault), _)| named(index, fault))
         .collect()
 }
@@ -191,7 +182,7 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     let plan = Plan { speed: options.speed, ..Plan::IN_PROCESS };
     let mut squad = in_process::squad(scenario);
     let summary = engine::play(scenario, &mut arena, &mut squad, plan, &mut observers, &stop);
-    Ok(Outcome { summary: Some(summary.json()), signal: stop.signal() })
+    Ok(Outcome { summary: Some(summary), signal: stop.signal() })
 }
 
 /// Where those are told who read metrics, if somebody shall.

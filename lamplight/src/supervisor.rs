@@ -17,8 +17,9 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use engine::summary::Summary;
 use logging::FORMAT_VARIABLE;
-use observe::progress::Meter;
+use observe::{progress::Meter, trial::Record};
 use options::Assignment;
 use processes::{
     Process,
@@ -82,7 +83,7 @@ impl Watch {
 
 /// Gets the record of a trial that the arena has played, and gives the next scenario for the same agents, or
 /// `None` if there is none.
-pub(crate) type NextTrial<'a> = Box<dyn FnMut(&str) -> anyhow::Result<Option<String>> + 'a>;
+pub(crate) type NextTrial<'a> = Box<dyn FnMut(Record) -> anyhow::Result<Option<String>> + 'a>;
 
 /// Runs the processes of `run`, which is the caller's, to their end: one run, or as many trials as
 /// `next_trial` gives.
@@ -133,7 +134,9 @@ struct Supervisor<'a> {
     /// How the arena ended, once it has.
     arena_ended: Option<String>,
     stopping: Option<Stopping>,
-    summary: Option<String>,
+    /// Whether the arena has told what came of a run or a trial.
+    has_result: bool,
+    summary: Option<Summary>,
     /// Shows what the arena reports of its progress, once it has.
     meter: Option<Meter>,
 }
@@ -186,6 +189,7 @@ impl<'a> Supervisor<'a> {
             orders: writer_of_orders(arena.stdin.take().expect("standard input is piped")),
             arena_ended: None,
             stopping: None,
+            has_result: false,
             summary: None,
             meter: None,
         })
@@ -206,11 +210,11 @@ impl<'a> Supervisor<'a> {
             }
         }
         let signal = self.stopping.map(|stopping| stopping.signal);
-        match (self.summary.take(), &self.arena_ended) {
-            (None, Some(how)) if !self.stopping.is_some_and(|stopping| stopping.at_once) => {
+        match &self.arena_ended {
+            Some(how) if !self.has_result && !self.stopping.is_some_and(|stopping| stopping.at_once) => {
                 bail!("the arena ended without a result ({how})")
             }
-            (summary, _) => Ok(Outcome { summary, signal }),
+            _ => Ok(Outcome { summary: self.summary.take(), signal }),
         }
     }
 
@@ -267,11 +271,15 @@ impl<'a> Supervisor<'a> {
             }
             Event::Summary(summary) => {
                 self.meter = None;
-                if let Some(next_trial) = &mut self.next_trial {
-                    let next = next_trial(&summary)?;
-                    self.order(next.map_or(Order::Stop, Order::Trial));
-                }
-                self.summary = Some(summary);
+                self.has_result = true;
+                let summary = serde_json::from_str(&summary);
+                self.summary = Some(summary.context("the arena's summary is not understood")?);
+            }
+            Event::Record(record) => {
+                self.has_result = true;
+                let record = serde_json::from_str(&record).context("the arena's record is not understood")?;
+                let next = self.next_trial.as_mut().map(|next_trial| next_trial(record)).transpose()?;
+                self.order(next.flatten().map_or(Order::Stop, Order::Trial));
             }
             Event::Failed(why) => bail!("{why}"),
         }

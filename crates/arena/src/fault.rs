@@ -28,7 +28,7 @@ use scenario::{
     fault::{self, Kind},
 };
 
-use ledger::Line;
+use ledger::{Entry, Line};
 use rng::FaultRng;
 use rule::{Flight, Rule, Verdict};
 use target::{Scene, Target};
@@ -81,7 +81,7 @@ struct Fault {
     window: Range<Tick>,
     state: State,
     rng: FaultRng,
-    line: Line,
+    entry: Entry,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +102,7 @@ impl FaultPlan {
                 rule: rule_of(&spec.kind, scenario),
                 target: Target::none(),
                 spec: spec.target.clone(),
-                line: Line::new(spec.kind.kind(), window.clone()),
+                entry: Entry::new(spec.kind.kind(), window.clone()),
                 window,
                 state: State::ToCome,
                 rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
@@ -129,7 +129,7 @@ impl FaultPlan {
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
             if tick >= fault.window.end {
                 fault.state = State::Over;
-                fault.rule.end(fault.rng, &mut self.fates, &mut process_faults, &mut fault.line);
+                fault.rule.end(fault.rng, &mut self.fates, &mut process_faults, &mut fault.entry);
             }
         }
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::ToCome) {
@@ -137,7 +137,7 @@ impl FaultPlan {
                 fault.state = State::Active;
                 fault.target = Target::made(&fault.spec, &scene, fault.rng);
                 fault.rule.look(&scene);
-                fault.rule.begin(tick, &fault.target, &mut self.fates, &mut process_faults, &mut fault.line);
+                fault.rule.begin(tick, &fault.target, &mut self.fates, &mut process_faults, &mut fault.entry);
             }
         }
         process_faults
@@ -163,7 +163,7 @@ impl FaultPlan {
         let mut packet = packet;
         for fault in self.active_on(robot) {
             if fault.rule.speak(&mut packet, payloads) {
-                fault.line.did(tick, "packets falsified", robot);
+                fault.entry.did(tick, "packets falsified", robot);
             }
         }
         packet
@@ -193,9 +193,9 @@ impl FaultPlan {
                 let over_bound = matches!(verdict, Verdict::Repeat(_)) && made == COPIES_MAX;
                 match (verdict.entry(), over_bound) {
                     (Some(_), true) => {
-                        fault.line.did(tick, "packets not duplicated, too many copies", receiver)
+                        fault.entry.did(tick, "packets not duplicated, too many copies", receiver)
                     }
-                    (Some(what), false) => fault.line.did(tick, what, receiver),
+                    (Some(what), false) => fault.entry.did(tick, what, receiver),
                     (None, _) => {}
                 }
                 match verdict {
@@ -218,7 +218,7 @@ impl FaultPlan {
     pub fn sensed(&mut self, tick: Tick, robot: u32, light: &mut Light) {
         for fault in self.active_on(robot) {
             if fault.rule.sense(tick, robot, fault.rng, light) {
-                fault.line.did(tick, "readings falsified", robot);
+                fault.entry.did(tick, "readings falsified", robot);
             }
         }
     }
@@ -228,7 +228,7 @@ impl FaultPlan {
         let mut velocity = Some(velocity);
         for fault in self.active_on(robot) {
             if fault.rule.drive(&mut velocity) {
-                fault.line.did(tick, "moves falsified", robot);
+                fault.entry.did(tick, "moves falsified", robot);
             }
         }
         velocity
@@ -240,7 +240,7 @@ impl FaultPlan {
         for fault in self.active_on(robot) {
             let ticks = fault.rule.lateness();
             if ticks > 0 {
-                fault.line.did(tick, "answers delayed", robot);
+                fault.entry.did(tick, "answers delayed", robot);
             }
             late = late.saturating_add(ticks);
         }
@@ -249,7 +249,7 @@ impl FaultPlan {
 
     /// Returns the ledger of all faults, in the order of the plan.
     pub fn ledger(&self) -> impl Iterator<Item = &Line> {
-        self.faults.iter().map(|fault| &fault.line)
+        self.faults.iter().map(|fault| &fault.entry.line)
     }
 
     fn active_on(&mut self, robot: u32) -> impl Iterator<Item = &mut Fault> {

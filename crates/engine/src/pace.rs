@@ -26,7 +26,7 @@ pub enum Overload {
 }
 
 /// By how much a run was not in real time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lag {
     /// Ticks that began a whole step too late, or later.
     pub late_ticks: u64,

@@ -1,5 +1,7 @@
 //! `summary.json`: a run in one object. Tools rely on its keys.
 
+use std::fmt;
+
 use arena::{
     channel::{Crowding, closed_form::delivered_share},
     fault::ledger::Line,
@@ -28,8 +30,14 @@ pub enum Ending {
     Failed,
 }
 
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// Wall time of a tick, microseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTimes {
     /// Median.
     pub p50: f64,
@@ -52,7 +60,7 @@ impl TickTimes {
 }
 
 /// A planned fault, what it did, and how the swarm took it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// Its line of the ledger.
     #[serde(flatten)]
@@ -62,7 +70,7 @@ pub struct Fault {
 }
 
 /// When a fault was no longer felt.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recovered {
     /// Ticks from the fault until the mean estimated error was back; `None` if it was not, or nobody looked.
     pub mean_error_ticks: Option<Tick>,
@@ -71,19 +79,19 @@ pub struct Recovered {
 }
 
 /// How packets fared in the crowd: what is heard of those that nothing but other packets stops.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delivered {
     /// Share that got through.
     pub share: f64,
     /// Share by the closed form of the access scheme for the same crowd, where one is known.
     pub predicted: Option<f64>,
     /// The same by number of disturbers, if the scenario asks for it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_disturbers: Vec<DeliveredRow>,
 }
 
 /// Packets that the same number of robots could disturb.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeliveredRow {
     /// How many robots could (in half duplex the listener itself is one).
     pub disturbers: u32,
@@ -119,7 +127,7 @@ impl Delivered {
 }
 
 /// A run in one object.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,

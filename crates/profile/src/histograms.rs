@@ -1,7 +1,7 @@
 //! Histograms of one robot, or of all: one of nanoseconds for each thing that is measured.
 
 use hdrhistogram::Histogram;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cycle_times::Stage;
 
@@ -90,7 +90,7 @@ impl Histograms {
 }
 
 /// A histogram in a few numbers, microseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Median.
     pub p50: f64,

@@ -13,12 +13,13 @@ mod usage;
 mod window;
 
 use std::{
+    fmt,
     sync::{Arc, OnceLock},
     time::{Duration, SystemTime},
 };
 
 use protocol::setup::Mode;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use cycle_times::{CycleTimes, PacketNumber, Stage};
 pub use histograms::{Histograms, Span, Spread};
@@ -53,7 +54,7 @@ pub struct Profile {
 }
 
 /// Source of a clock's counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
     /// The processor's time stamp counter, which counts reference cycles.
@@ -62,8 +63,14 @@ pub enum Source {
     Monotonic,
 }
 
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
 /// The clock that agents were measured by.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClockUsed {
     /// Source of its counts.
     pub source: Source,

@@ -1,6 +1,6 @@
 //! The object `agents` of `summary.json`: all agents in a few numbers.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     ClockUsed, Profile, RobotProfile, Source, Usage,
@@ -9,7 +9,7 @@ use super::{
 };
 
 /// All agents of a run. Times in microseconds; a [`Spread`] is `null` where nothing was measured.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
     /// The clock they were measured by.
     pub clock: ClockUsed,
@@ -40,7 +40,7 @@ pub struct Totals {
 }
 
 /// A [`Spread`] for each stage.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "each is named after its stage")]
 pub struct StagesUs {
     pub wake: Option<Spread>,
@@ -53,7 +53,7 @@ pub struct StagesUs {
 }
 
 /// Sums over processes; `null` where none could be read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Processes {
     /// How many were read.
     pub count: u64,

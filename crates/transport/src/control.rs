@@ -28,8 +28,10 @@ pub enum Event {
         /// Further text to show.
         text: String,
     },
-    /// The run is over; this is its `summary.json`. Or, in a batch, a trial is; this is its record.
+    /// The run is over; this is its `summary.json`.
     Summary(String),
+    /// A trial of a batch is over; this is its record, as JSON.
+    Record(String),
     /// There is no summary, for this reason.
     Failed(String),
 }

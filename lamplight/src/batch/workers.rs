@@ -259,9 +259,8 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
     let before = (course.missing.len(), course.is_second_time);
     // What ends the batch, in contrast to what ends the swarm.
     let mut failed = None;
-    let next_trial = Box::new(|record: &str| {
-        let record = serde_json::from_str(record).context("the arena's record is not understood");
-        let goes_on = record.and_then(|record| course.take(record, keep)).unwrap_or_else(|error| {
+    let next_trial = Box::new(|record: Record| {
+        let goes_on = course.take(record, keep).unwrap_or_else(|error| {
             failed = Some(error);
             false
         });

@@ -11,11 +11,10 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
-use engine::StopFlag;
+use engine::{StopFlag, summary::Summary};
 use files::WriteError;
 use rustix::process::{Pid, Signal};
 use scenario::Seed;
-use serde_json::Value;
 use squad::moment::Moment;
 use transport::run_dir::RunDir;
 
@@ -66,7 +65,7 @@ impl Workshop {
         scenario: &str,
         seed: Seed,
         stop: &StopFlag,
-    ) -> Result<Result<Value, String>, WriteError> {
+    ) -> Result<Result<Summary, String>, WriteError> {
         files::replace(&self.file("scenario.toml"), scenario)?;
         Ok(self.child(seed, stop).map_err(|error| format!("{error:#}")))
     }
@@ -75,7 +74,7 @@ impl Workshop {
         self.folder.join(name)
     }
 
-    fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Value> {
+    fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Summary> {
         let name = name::unique(&format!("fuzz-{seed}"));
         let file = |name: &str| self.file(name);
         let mut group = self.children.lock();
@@ -97,7 +96,7 @@ impl Workshop {
             bail!("as processes: something named lamplight-{name} is left in shared memory");
         }
         let summary = fs::read(file("stdout"))?;
-        serde_json::from_slice(&summary).context("as processes: the summary is no JSON")
+        serde_json::from_slice(&summary).context("as processes: the summary is not understood")
     }
 
     /// Waits for a child; one that takes too long, or that is no longer wanted, is ended.

@@ -4,7 +4,7 @@ use protocol::percept::Tick;
 
 use super::{
     AgentState, Fate, ProcessAction, ProcessFault,
-    ledger::Line,
+    ledger::Entry,
     rng::FaultRng,
     rule::Rule,
     target::{Target, whole},
@@ -35,7 +35,7 @@ impl Rule for Kill {
         target: &Target,
         fates: &mut [Fate],
         process_faults: &mut Vec<ProcessFault>,
-        line: &mut Line,
+        entry: &mut Entry,
     ) {
         for robot in target.robots() {
             let Fate { state, .. } = &mut fates[robot as usize];
@@ -43,7 +43,7 @@ impl Rule for Kill {
                 *state = AgentState::Down;
                 self.killed.push(robot);
                 process_faults.push(ProcessFault { robot, action: ProcessAction::Kill });
-                line.did(tick, "robots killed", robot);
+                entry.did(tick, "robots killed", robot);
             }
         }
     }
@@ -53,7 +53,7 @@ impl Rule for Kill {
         rng: FaultRng,
         fates: &mut [Fate],
         process_faults: &mut Vec<ProcessFault>,
-        line: &mut Line,
+        entry: &mut Entry,
     ) {
         let count = self.restart_share.map_or(self.killed.len(), |share| whole(share, self.killed.len()));
         let mut drawn: Vec<(f64, u32)> =
@@ -65,7 +65,7 @@ impl Rule for Kill {
             let fate = &mut fates[robot as usize];
             *fate = Fate { life: fate.life + 1, state: AgentState::Up };
             process_faults.push(ProcessFault { robot, action: ProcessAction::Restart });
-            line.count("robots restarted");
+            entry.count("robots restarted");
         }
     }
 }

@@ -1,17 +1,18 @@
 //! The fault ledger: what each planned fault did, in numbers, or that it never fired.
 
 use std::{
+    borrow::Cow,
     collections::{BTreeMap, BTreeSet},
     ops::Range,
 };
 
 use protocol::percept::Tick;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use scenario::FaultKind;
 
 /// Results of one planned fault.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Line {
     /// Its kind.
     pub kind: FaultKind,
@@ -26,15 +27,28 @@ pub struct Line {
     /// How many robots it has done something to (for packets: those that should have heard them).
     pub robots: usize,
     /// Its effects, and how often each.
-    pub effects: BTreeMap<&'static str, u64>,
-    #[serde(skip)]
-    struck: BTreeSet<u32>,
+    pub effects: BTreeMap<Cow<'static, str>, u64>,
 }
 
 impl Line {
-    /// The line of a fault that has not begun.
+    /// Returns its effects as text: `312 packets dropped, 3 robots killed`.
+    pub fn told(&self) -> String {
+        let effects = self.effects.iter().map(|(what, count)| format!("{count} {what}"));
+        effects.collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// The line of a fault while it is written, and the robots that the fault has done something to.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) line: Line,
+    struck: BTreeSet<u32>,
+}
+
+impl Entry {
+    /// The entry of a fault that has not begun.
     pub(super) fn new(kind: FaultKind, window: Range<Tick>) -> Self {
-        Self {
+        let line = Line {
             kind,
             planned_tick: window.start,
             until_tick: Some(window.end).filter(|&end| end != Tick::MAX),
@@ -42,28 +56,21 @@ impl Line {
             last_tick: None,
             robots: 0,
             effects: BTreeMap::new(),
-            struck: BTreeSet::new(),
-        }
+        };
+        Self { line, struck: BTreeSet::new() }
     }
 
     /// It did something to `robot`.
     pub(super) fn did(&mut self, tick: Tick, what: &'static str, robot: u32) {
-        self.fired_tick.get_or_insert(tick);
-        self.last_tick = Some(tick);
-        if self.struck.insert(robot) {
-            self.robots = self.struck.len();
-        }
+        self.line.fired_tick.get_or_insert(tick);
+        self.line.last_tick = Some(tick);
+        self.struck.insert(robot);
+        self.line.robots = self.struck.len();
         self.count(what);
     }
 
     /// One more of `what`.
     pub(super) fn count(&mut self, what: &'static str) {
-        *self.effects.entry(what).or_default() += 1;
-    }
-
-    /// Returns its effects as text: `312 packets dropped, 3 robots killed`.
-    pub fn told(&self) -> String {
-        let effects = self.effects.iter().map(|(what, count)| format!("{count} {what}"));
-        effects.collect::<Vec<_>>().join(", ")
+        *self.line.effects.entry(what.into()).or_default() += 1;
     }
 }

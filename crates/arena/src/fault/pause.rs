@@ -3,7 +3,7 @@
 use protocol::percept::Tick;
 
 use super::{
-    AgentState, Fate, ProcessAction, ProcessFault, ledger::Line, rng::FaultRng, rule::Rule, target::Target,
+    AgentState, Fate, ProcessAction, ProcessFault, ledger::Entry, rng::FaultRng, rule::Rule, target::Target,
 };
 use scenario::{Scenario, fault};
 
@@ -26,7 +26,7 @@ impl Rule for Pause {
         target: &Target,
         fates: &mut [Fate],
         process_faults: &mut Vec<ProcessFault>,
-        line: &mut Line,
+        entry: &mut Entry,
     ) {
         for robot in target.robots() {
             let Fate { life, state } = &mut fates[robot as usize];
@@ -39,7 +39,7 @@ impl Rule for Pause {
                 }
             }
             self.held.push((robot, *life));
-            line.did(tick, "robots paused", robot);
+            entry.did(tick, "robots paused", robot);
         }
     }
 
@@ -49,7 +49,7 @@ impl Rule for Pause {
         _: FaultRng,
         fates: &mut [Fate],
         process_faults: &mut Vec<ProcessFault>,
-        line: &mut Line,
+        entry: &mut Entry,
     ) {
         for &(robot, held_life) in &self.held {
             let Fate { life, state } = &mut fates[robot as usize];
@@ -59,7 +59,7 @@ impl Rule for Pause {
                     if *holders == 0 {
                         *state = AgentState::Up;
                         process_faults.push(ProcessFault { robot, action: ProcessAction::Resume });
-                        line.count("robots resumed");
+                        entry.count("robots resumed");
                     }
                 }
                 _ => {}

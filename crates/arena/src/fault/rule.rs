@@ -10,7 +10,7 @@ use protocol::{
 
 use super::{
     Fate, ProcessFault,
-    ledger::Line,
+    ledger::Entry,
     rng::FaultRng,
     target::{Scene, Target},
 };
@@ -59,10 +59,10 @@ pub(super) trait Rule: Debug {
     fn look(&mut self, _: &Scene<'_>) {}
 
     /// It begins: what it does to agents at once.
-    fn begin(&mut self, _: Tick, _: &Target, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Line) {}
+    fn begin(&mut self, _: Tick, _: &Target, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Entry) {}
 
     /// It ends: what it does to agents then.
-    fn end(&mut self, _: FaultRng, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Line) {}
+    fn end(&mut self, _: FaultRng, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Entry) {}
 
     /// Whether it looks at all packets and chooses by itself.
     fn chooses_itself(&self) -> bool {
