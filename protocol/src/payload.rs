@@ -12,7 +12,7 @@ pub const PAYLOAD_BYTES_MAX: usize = 128;
 /// frame fills three words of shared memory, and how many lines of cache a percept takes is most of what it costs.
 pub const SHORT_PAYLOAD_BYTES: usize = 9;
 
-/// What a robot says to its neighbors, up to [`PAYLOAD_BYTES_MAX`] bytes; it dereferences to them.
+/// Bytes that a robot says to its neighbors, up to [`PAYLOAD_BYTES_MAX`] bytes; it dereferences to them.
 ///
 /// ```
 /// use protocol::payload::Payload;

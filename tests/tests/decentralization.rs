@@ -147,7 +147,7 @@ fn percepts(name: &str, sets: &[&str]) -> (Scenario, Vec<Percept>, Arena) {
     (scenario, percepts, arena)
 }
 
-/// What a percept holds beside packets, light and bump.
+/// Returns what a percept holds beside packets, light and bump.
 fn sensed(percept: &Percept) -> Vec<Sensor> {
     let sensors = [
         (Sensor::Light, true),

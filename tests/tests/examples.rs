@@ -1,4 +1,4 @@
-//! What users add of their own, as `examples/` do: crates outside the workspace.
+//! Controllers and observers of users' own, as `examples/` have them: crates outside the workspace.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

@@ -100,7 +100,7 @@ pub(crate) struct Member {
     pub(crate) process: Option<Process>,
     pub(crate) state: AgentState,
     pub(crate) refused: u64,
-    /// What it notes for those who watch, with its last command.
+    /// Its notes for those who watch, with its last command.
     notes: Notes,
 }
 

@@ -53,7 +53,7 @@ struct Heard {
     sent_s: f64,
 }
 
-/// What an answer has a robot do and say.
+/// Effect of an answer: what its robot does and says.
 #[derive(Clone, Copy, Debug)]
 struct Order {
     velocity: BodyVector,
@@ -76,7 +76,7 @@ pub struct Arena {
     tick: Option<Tick>,
     /// The packet of each robot's last answer that has come into force; `None` while it is silent.
     said: Vec<Option<Packet>>,
-    /// What these and all other packets say, if it is long.
+    /// Payloads of these and all other packets, where they are long.
     payloads: Payloads,
     /// The life of each robot that was heard of last.
     lives: Vec<Option<RobotId>>,

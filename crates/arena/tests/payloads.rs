@@ -25,7 +25,7 @@ fn scenario(sets: &str) -> Scenario {
     Scenario::parse("payloads", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What a robot says in each of its packets: short and long by turns.
+/// Payload of each of a robot's packets: short and long by turns.
 fn payload(sender: RobotId, sequence: u32) -> Payload {
     let len = [128, 4, 5, 0, 10, 127][(sender.index + sequence) as usize % 6];
     let bytes: Vec<u8> = (0..len).map(|at: u32| (at + 31 * sender.index + 7 * sequence) as u8).collect();

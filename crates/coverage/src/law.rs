@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{neighbors::NeighborTable, setup::CoverageSetup};
 
-/// What a law may go by: all that a robot knows in one cycle.
+/// All that a law may go by: what a robot knows in one cycle.
 struct Situation<'a> {
     /// The robot's cell, which is not empty.
     cell: &'a [Vector2<f64>],

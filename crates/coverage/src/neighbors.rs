@@ -344,7 +344,7 @@ mod tests {
         assert_eq!(table.refused.full, 2);
     }
 
-    /// What a table without bounds of room would hold, written anew: who is believed, and when it was heard.
+    /// A table without bounds of room, written anew: who is believed, and when it was heard.
     type Known = std::collections::BTreeMap<u32, (Tick, u16, u32)>;
 
     proptest! {

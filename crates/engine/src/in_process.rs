@@ -33,7 +33,7 @@ struct Life<C> {
     answer: Option<Answer>,
     /// Commands that were refused, in all its lives.
     refused: u64,
-    /// What it notes for those who watch.
+    /// Its notes for those who watch.
     notes: Notes,
 }
 

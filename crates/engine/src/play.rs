@@ -99,7 +99,7 @@ struct Run<'a, 'o> {
     stop: &'a StopFlag,
     /// Moments of the present tick, if agents are measured.
     stamps: Option<TickStamps>,
-    /// What has gone wrong so far, and how much of it observers know.
+    /// Incidents so far, and how many of them observers know.
     incidents: Vec<Incident>,
     told: usize,
     converged_at_s: Option<f64>,

@@ -135,7 +135,7 @@ pub struct Summary {
     pub seed: u64,
     /// Number of robots at the start.
     pub robots: u32,
-    /// What they are granted to sense, beside packets.
+    /// Sensors that robots are granted, beside packets.
     pub granted: Vec<Sensor>,
     /// `processes` or `in-process`.
     pub engine: String,

@@ -1,4 +1,4 @@
-//! What was measured of the agents, as the object `agents` of the summary.
+//! Measurements of the agents, as the object `agents` of the summary.
 
 use engine::{Observer, ObserverError, TickView, summary::Summary};
 use profile::{ProfileSlot, Totals};

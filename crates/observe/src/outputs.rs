@@ -43,7 +43,7 @@ pub struct Outputs {
     unwritten: Vec<String>,
     /// Room for the summary, which comes last.
     reserve: Option<Reserve>,
-    /// What was measured of the agents, if it was.
+    /// Measurements of the agents, if there are any.
     profile: ProfileSlot,
     sample_every_ticks: u64,
     poses_every_ticks: Option<u64>,

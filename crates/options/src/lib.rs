@@ -37,7 +37,7 @@ pub enum ModeName {
     Realtime,
 }
 
-/// What is done in real time when the machine cannot keep up, as the command line spells it.
+/// Policy for real time when the machine cannot keep up, as the command line spells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 pub enum OverloadName {
     /// The run fails as soon as the arena is a whole tick late
@@ -207,7 +207,7 @@ impl PlayOptions {
         }
     }
 
-    /// What is done when the machine cannot keep up.
+    /// Returns the policy for when the machine cannot keep up.
     pub fn overload(&self) -> Overload {
         match self.overload {
             OverloadName::Fail => Overload::Fail,

@@ -127,7 +127,7 @@ pub enum Capture {
 }
 
 impl ChannelSpec {
-    /// What packets that last are like; `None` where they take no time.
+    /// Returns the air of a timed channel; `None` where packets take no time.
     pub fn air(&self) -> Option<&Air> {
         match &self.medium {
             Medium::Instant => None,

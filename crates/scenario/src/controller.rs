@@ -1,4 +1,4 @@
-//! Who thinks for whom, resolved.
+//! Controllers and their robots, resolved.
 
 use std::num::NonZeroU32;
 use std::os::unix::fs::PermissionsExt;
@@ -17,13 +17,13 @@ use super::robot_set::RobotSet;
 pub struct Controller {
     /// The robots.
     pub robots: RobotSet,
-    /// What thinks for each of them.
+    /// The mind of each of them.
     pub mind: Mind,
     /// Where it was written.
     pub origin: Origin,
 }
 
-/// What thinks for a robot.
+/// The mind of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mind {
     /// A law of the paper.

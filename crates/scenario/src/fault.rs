@@ -33,9 +33,9 @@ use read::CommonKeys;
 pub struct Fault {
     /// When it is at work.
     pub window: Window,
-    /// Whom it strikes.
+    /// Robots, packets or links that it strikes.
     pub target: Target,
-    /// What it does.
+    /// Its kind, with the parameters.
     pub kind: Kind,
     /// Where it was written.
     pub origin: Origin,
@@ -63,7 +63,7 @@ pub struct Disc {
 /// How a kind of fault fits into a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Nature {
-    /// What it strikes, and so by which keys that is chosen.
+    /// Things that it strikes, and so the keys by which they are chosen.
     pub strikes: Strikes,
     /// Whether it happens at `at_s`, and ends by being undone at `restart_at_s`; others last from `from_s` to `until_s`.
     pub at_once: bool,
@@ -73,7 +73,7 @@ pub struct Nature {
     pub exclusive: bool,
 }
 
-/// What a kind of fault strikes.
+/// Things that a kind of fault strikes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strikes {
     /// Packets that some robots send or hear, or on some links.
@@ -82,7 +82,7 @@ pub enum Strikes {
     Robots,
     /// Robots that must be chosen: never all of them for want of a key.
     ChosenRobots,
-    /// What its own keys say.
+    /// Those that its own keys name.
     ByItsKeys,
 }
 
@@ -127,7 +127,7 @@ trait Parameters: Sized + DeserializeOwned + JsonSchema {
         Ok(())
     }
 
-    /// What comes late, and by how many seconds at most.
+    /// Returns what comes late, and by how many seconds at most.
     fn lateness(&self) -> Option<(&'static str, f64)> {
         None
     }
@@ -146,7 +146,7 @@ macro_rules! kinds {
         $(mod $file;)*
         $(pub use $file::$Kind;)*
 
-        /// What a fault does, with its parameters.
+        /// A kind of fault with its parameters.
         #[derive(Clone, Debug, PartialEq, Serialize)]
         #[serde(untagged)]
         pub enum Kind {
@@ -205,7 +205,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What comes late because of it, and by how many seconds at most.
+            /// Returns what comes late because of it, and by how many seconds at most.
             pub fn lateness(&self) -> Option<(&'static str, f64)> {
                 match self {
                     $(Self::$Kind(it) => it.lateness(),)*

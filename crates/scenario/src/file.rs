@@ -87,7 +87,7 @@ pub(crate) struct File {
     /// Other sensors.
     #[serde(default)]
     sensors: SensorsKeys,
-    /// Who thinks for the robots: `[controller]` for all, or a `[[controller]]` for some each.
+    /// Controllers of the robots: `[controller]` for all, or a `[[controller]]` for some each.
     controller: Deferred<ControllerTables>,
     /// The infrared channel: who hears whom, and how well.
     channel: ChannelKeys,
@@ -114,7 +114,7 @@ impl File {
         self.fault.len()
     }
 
-    /// What the file named `source_name` means, with its controllers and its fault plan.
+    /// Resolves the file named `source_name`, with its controllers and its fault plan.
     pub(crate) fn resolve(
         self,
         source_name: &str,

@@ -89,7 +89,7 @@ pub struct Scenario {
     pub light: LightSpec,
     /// Other sensors.
     pub sensors: SensorsSpec,
-    /// Who thinks for whom: each robot is in one of them.
+    /// Controllers and their robots: each robot is in one of them.
     pub controllers: Vec<Controller>,
     /// The infrared channel: who hears whom, and how well.
     pub channel: ChannelSpec,

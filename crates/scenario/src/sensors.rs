@@ -15,7 +15,7 @@ pub struct SensorsSpec {
     pub position: bool,
 }
 
-/// What robots can be granted to sense.
+/// A sensor that robots can be granted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sensor {

@@ -1,4 +1,4 @@
-//! Who thinks for whom: what `[controller]` and `[[controller]]` mean, and what is refused with its line.
+//! Controllers and their robots: what `[controller]` and `[[controller]]` mean, and what is refused with its line.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

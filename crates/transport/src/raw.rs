@@ -247,7 +247,7 @@ const _: () = assert!(size_of::<RawCommand>() == 128);
 /// All notes there may be; the command says how many there are.
 pub type RawNotes = [f64; NOTES_MAX];
 
-/// What goes with a command that does not lie in it.
+/// Parts of a command that do not lie in it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Beside {
     /// The frame, if it is long.

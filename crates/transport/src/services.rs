@@ -50,7 +50,7 @@ pub struct Session {
 pub struct ArenaPorts {
     ends: ArenaEnds,
     payload_bytes_max: usize,
-    /// What came with the command that was received last.
+    /// Parts that came with the command that was received last.
     beside: Beside,
     notes_len: usize,
 }

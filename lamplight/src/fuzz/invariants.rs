@@ -11,7 +11,7 @@ use scenario::Scenario;
 /// How far rounding may put a body into a wall, meters.
 const SLACK_M: f64 = 1e-9;
 
-/// What must hold at every tick of one run. Whatever does not ends it.
+/// Invariants of every tick of one run; it ends where one does not hold.
 #[derive(Debug)]
 pub(crate) struct Invariants {
     size_m: [f64; 2],

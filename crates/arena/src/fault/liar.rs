@@ -26,7 +26,7 @@ impl Liar {
         }
     }
 
-    /// What a packet says instead; `None` if its payload is no reading and ends too early for other bytes.
+    /// Returns the payload of a packet instead of its own; `None` if its payload is no reading and ends too early for other bytes.
     fn payload(&self, said: &[u8]) -> Option<Payload> {
         let mut payload = Payload::try_from(said).expect("it is the payload of a packet");
         let length = payload.len();

@@ -87,7 +87,7 @@ impl Own<'_, '_> {
     }
 }
 
-/// What a fault of this kind lacks, or has and does not know.
+/// Returns the key that a fault of this kind lacks, or has and does not know.
 fn misfit(document: &Document<'_>, path: &str, kind: FaultKind) -> Option<Problem> {
     let (schema, name) = (kind.schema(&mut SchemaGenerator::default()), kind.name());
     let mut given = document.keys(path);

@@ -1,4 +1,4 @@
-//! Whom a fault strikes.
+//! Targets of a fault.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::Disc;
 use crate::number::Share;
 use crate::robot_set::{Link, RobotSet};
 
-/// Whom a fault strikes.
+/// Target of a fault.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Target {
     /// Robots.
@@ -16,7 +16,7 @@ pub enum Target {
     Packets(Choice, Direction),
     /// Packets on links.
     Links(Vec<Link>),
-    /// What the parameters of its kind say.
+    /// That which the parameters of its kind name.
     ByItsKeys,
 }
 

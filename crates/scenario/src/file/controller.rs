@@ -29,7 +29,7 @@ pub(crate) enum ControllerTables {
     Many(Vec<ControllerTable>),
 }
 
-/// What thinks for some robots.
+/// A table about the mind of some robots.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(crate) enum ControllerTable {
@@ -181,7 +181,7 @@ fn foreign_to_json(path: &str, value: &Value) -> Option<(String, String)> {
     }
 }
 
-/// What the tables of the file named `source_name` mean for a swarm of `count` robots, which remember neighbors for
+/// Resolves the tables of the file named `source_name` for a swarm of `count` robots, which remember neighbors for
 /// `timeout_cycles` unless one says otherwise.
 pub(crate) fn resolve(
     entries: Vec<Entry>,
