@@ -4,7 +4,8 @@
 //! the largest N that was measured. Thin bars go from the least to the greatest round.
 
 use report::{
-    chart::{Axis, Chart, Dash, Look, Point},
+    chart::{Axis, Chart, Point},
+    look::{Dash, Look},
     theme::Ink,
 };
 

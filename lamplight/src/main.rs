@@ -12,6 +12,7 @@ mod in_process;
 mod limits;
 mod log;
 mod name;
+mod outcome;
 mod report;
 mod run;
 mod shrink;

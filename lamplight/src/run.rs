@@ -35,6 +35,7 @@ use transport::run_dir::{RunDir, RunName};
 use crate::{
     failure::Failure,
     in_process, limits, log, name,
+    outcome::Outcome,
     stdout::say,
     summary_text,
     supervisor::{self, Watch},
@@ -85,14 +86,6 @@ pub(crate) struct RunArgs {
     /// for without limit, unless the scenario sets processes.join_timeout_s
     #[arg(long, value_name = "ROBOTS")]
     by_hand: Option<RobotSet>,
-}
-
-/// Result of a run.
-pub(crate) struct Outcome {
-    /// Its summary; `None` of trials, or if a second signal ended it at once.
-    pub(crate) summary: Option<Summary>,
-    /// The signal that cut it short, if one did.
-    pub(crate) signal: Option<i32>,
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {

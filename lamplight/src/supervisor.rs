@@ -38,7 +38,7 @@ use transport::{
 use crate::{
     children::{self, Children, tell},
     log::Gatherer,
-    run::Outcome,
+    outcome::Outcome,
 };
 
 /// How long agents get to leave once the run is over; then they are killed.

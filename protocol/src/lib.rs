@@ -14,6 +14,7 @@ extern crate std;
 pub mod codec;
 pub mod command;
 pub mod controller;
+mod delivery;
 pub mod frame;
 pub mod granted;
 pub mod notes;

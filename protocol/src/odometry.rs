@@ -7,8 +7,8 @@
 //! lost or taken in twice does no harm, and none says where in the arena a robot is or which way it faces.
 
 use crate::{
+    delivery::Delivery,
     frame::BodyVector,
-    percept::Delivery,
     units::{Meters, Radians, wrapped},
 };
 

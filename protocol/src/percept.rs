@@ -7,6 +7,8 @@ use alloc::vec::Vec;
 
 use arrayvec::ArrayVec;
 
+pub use crate::delivery::Delivery;
+
 use crate::{
     frame::BodyVector,
     granted::{Compass, Position},
@@ -24,19 +26,6 @@ pub const COMPONENTS_MAX: usize = 16;
 
 /// Number of a step of virtual time, from 0.
 pub type Tick = u64;
-
-/// A packet as one receiver heard it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delivery {
-    /// The packet that was heard.
-    pub packet: Packet,
-    /// Distance to the sender.
-    pub range: Meters,
-    /// Direction to the sender, body frame.
-    pub bearing: Radians,
-    /// Heading of the sender relative to the receiver's.
-    pub orientation: Radians,
-}
 
 /// Direction in which the sensory function grows, as the robot senses it.
 #[derive(Clone, Copy, Debug, PartialEq)]

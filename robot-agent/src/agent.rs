@@ -8,6 +8,7 @@ use protocol::{
     command::{Command, Transmitter},
     controller::Controller,
     notes::Notes,
+    params::Params,
     percept::{Percept, Tick},
     robot_id::RobotId,
     setup::AgentSetup,
@@ -20,7 +21,7 @@ use transport::{
     services::AgentPorts,
 };
 
-use crate::{Params, stopwatch::Stopwatch};
+use crate::stopwatch::Stopwatch;
 
 /// Reads the setup of a robot's agent.
 pub(crate) fn setup_of(run: &RunDir, id: RobotId) -> anyhow::Result<AgentSetup> {

@@ -16,6 +16,7 @@
 
 #![forbid(unsafe_code)]
 
+mod abandoned;
 mod agent;
 mod lockstep;
 mod realtime;
@@ -49,7 +50,7 @@ use transport::{
 
 pub use protocol::params::Params;
 
-use crate::agent::Agent;
+use crate::{abandoned::Abandoned, agent::Agent};
 
 /// How often an early agent looks whether its run is ready.
 const READY_POLL: Duration = Duration::from_millis(10);
@@ -131,17 +132,6 @@ fn refuse(error: &clap::Error) -> ExitCode {
 fn is_over(name: &RunName) -> bool {
     RunDir::open(name.clone())
         .map_or(true, |(run, _)| Doorbell::open(&run.doorbell_path()).is_ok_and(|bell| bell.is_closed()))
-}
-
-/// Why an agent leaves before its run has ended.
-#[derive(Debug, thiserror::Error)]
-enum Abandoned {
-    /// The arena has died.
-    #[error("the arena of run `{run}` has died; {id} leaves")]
-    ArenaDied { run: RunName, id: RobotId },
-    /// The arena has excluded this robot.
-    #[error("run `{run}` goes on without {id}")]
-    LeftOut { run: RunName, id: RobotId },
 }
 
 /// A robot that has taken its place in a run.

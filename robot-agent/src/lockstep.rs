@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use protocol::{controller::Controller, robot_id::RobotId};
+use protocol::{controller::Controller, params::Params, robot_id::RobotId};
 use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };
 
-use crate::{Abandoned, Params, agent::Agent};
+use crate::{abandoned::Abandoned, agent::Agent};
 
 /// How long an agent sleeps before it asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);

@@ -3,13 +3,13 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use protocol::{controller::Controller, robot_id::RobotId, setup::AgentSetup};
+use protocol::{controller::Controller, params::Params, robot_id::RobotId, setup::AgentSetup};
 use transport::{
     doorbell::{Doorbell, Ring},
     run_dir::{ArenaWatch, RunDir},
 };
 
-use crate::{Abandoned, Params, agent::Agent, timer::Timer};
+use crate::{abandoned::Abandoned, agent::Agent, timer::Timer};
 
 /// Silence after which an agent asks whether its arena still lives.
 const ALIVE_POLL: Duration = Duration::from_millis(250);

@@ -14,6 +14,7 @@ mod supervisor_link;
 mod waiting;
 
 pub use lockstep::{Lockstep, Trial};
+pub use profiling::Measure;
 pub use realtime::Realtime;
-pub use roster::{HostConfig, Measure};
+pub use roster::HostConfig;
 pub use supervisor_link::{Link, Lost, Trials, tell};

@@ -7,8 +7,10 @@
 mod counters;
 mod flight;
 mod journal;
+mod measure;
 mod recorder;
 mod tally;
 mod usage;
 
+pub use measure::Measure;
 pub(crate) use recorder::Recorder;

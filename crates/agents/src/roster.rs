@@ -9,7 +9,6 @@ use std::{
 };
 
 use processes::{Process, State};
-use profile::{ProfileSlot, WatchedCycles};
 use protocol::{
     codec,
     command::Answer,
@@ -36,7 +35,7 @@ use transport::{
 };
 
 use crate::{
-    profiling::Recorder,
+    profiling::{Measure, Recorder},
     second_core::SecondCore,
     supervisor_link::{Link, Lost},
 };
@@ -68,17 +67,6 @@ pub struct HostConfig {
     pub by_hand: Option<RobotSet>,
     /// How the agents are measured, if they are.
     pub measure: Option<Measure>,
-}
-
-/// Destinations of what is measured of the agents.
-#[derive(Clone, Debug, Default)]
-pub struct Measure {
-    /// The whole, at the end.
-    pub profile: ProfileSlot,
-    /// The last moments, while somebody watches.
-    pub watched: WatchedCycles,
-    /// Robots whose whole cycles are wanted one by one, as soon as they are known.
-    pub cycles_of: Option<RobotSet>,
 }
 
 /// Content of an uplink.

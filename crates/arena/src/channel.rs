@@ -10,16 +10,19 @@
 
 mod access;
 pub mod closed_form;
+mod moment;
 mod reach;
+mod reception;
 mod timed;
 
-use protocol::{packet::Packet, percept::Tick};
+use protocol::packet::Packet;
 
+pub use moment::Moment;
+pub use reception::Reception;
 pub use timed::Crowding;
 
 use crate::{
     executor::Executor,
-    frame::Pose,
     index_lists::IndexLists,
     packets::Packets,
     random::{Draws, Purpose},
@@ -28,36 +31,6 @@ use scenario::Scenario;
 
 use reach::{Reach, Reached};
 use timed::TimedChannel;
-
-/// Input of the channel for one tick.
-#[derive(Clone, Copy, Debug)]
-pub struct Moment<'a> {
-    /// Its number.
-    pub tick: Tick,
-    /// The neighbor cycle that begins at it, if one does.
-    pub cycle: Option<u64>,
-    /// Its time, seconds.
-    pub time_s: f64,
-    /// Where every body is.
-    pub poses: &'a [Pose],
-    /// Each robot's packet; a robot that is silent does not listen either.
-    pub said: &'a [Option<Packet>],
-}
-
-/// One packet as one robot could read it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reception {
-    /// Index of the robot that transmitted it.
-    pub sender: u32,
-    /// Index of the robot that hears it.
-    pub receiver: u32,
-    /// Number of the packet among those of its sender, by the channel's count.
-    pub number: u64,
-    /// When its transmission began, virtual time in seconds.
-    pub sent_s: f64,
-    /// Its content.
-    pub packet: Packet,
-}
 
 /// A channel with what is in the air.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@
 //! file here and one line in `rules!`; its parameters are a file of the same name in the crate `scenario`. What each fault
 //! did is entered in its line of the ledger.
 
+mod fate;
 pub mod ledger;
 mod rng;
 mod rule;
@@ -24,34 +25,15 @@ use crate::{
     payloads::Payloads,
 };
 use scenario::{
-    ProcessAction, ProcessFault, Scenario,
+    ProcessFault, Scenario,
     fault::{self, Kind},
 };
 
+use fate::{AgentState, Fate};
 use ledger::{Entry, Line};
 use rng::FaultRng;
 use rule::{Flight, Rule, Verdict};
 use target::{Scene, Target};
-
-/// State of an agent under the plan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Fate {
-    /// How often it has been restarted by plan.
-    life: u32,
-    state: AgentState,
-}
-
-/// Whether an agent is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum AgentState {
-    #[default]
-    Up,
-    /// Stopped, by this many faults.
-    Paused {
-        holders: u32,
-    },
-    Down,
-}
 
 /// Most copies of one packet under way to one receiver, itself included; what duplicates beyond that does not.
 const COPIES_MAX: usize = 16;

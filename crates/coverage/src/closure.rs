@@ -20,15 +20,11 @@ use nalgebra::Vector2;
 
 use crate::{
     half_plane::HalfPlane,
-    polygon::{self, Polygon},
+    polygon::{self, CAP_SIDES, CLOSING_LINES_MAX, Polygon},
 };
 
 /// Bearings count as opposite, or as the same, within this angle in radians.
 pub const GAP_EPSILON: f64 = 1e-9;
-/// Gaps of π or more that a full turn can hold: two, of exactly opposite neighbors.
-pub const CLOSING_LINES_MAX: usize = 2;
-/// Sides of the regular polygon that caps a cell.
-pub const CAP_SIDES: usize = 24;
 
 /// How the bearings of the known half-planes lie around the robot.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,12 +4,17 @@ use arrayvec::ArrayVec;
 use nalgebra::Vector2;
 use protocol::percept::{DELIVERIES_MAX, WALLS_MAX};
 
-use crate::closure::{CAP_SIDES, CLOSING_LINES_MAX};
-
+/// Gaps of π or more that a full turn can hold: two, of exactly opposite neighbors.
+pub const CLOSING_LINES_MAX: usize = 2;
+/// Sides of the regular polygon that caps a cell.
+pub const CAP_SIDES: usize = 24;
 /// Most half-planes a cell is cut from.
 pub const HALF_PLANES_MAX: usize = DELIVERIES_MAX + WALLS_MAX + CLOSING_LINES_MAX;
 /// Most vertices a polygon can have: one per half-plane, cap side, and one for the cut to V+.
 pub const VERTICES_MAX: usize = HALF_PLANES_MAX + CAP_SIDES + 1;
+
+/// Corners of a triangle, counter-clockwise.
+pub type Triangle = [Vector2<f64>; 3];
 
 /// Vertices of a convex polygon in counter-clockwise order.
 pub type Polygon = ArrayVec<Vector2<f64>, VERTICES_MAX>;

@@ -10,10 +10,7 @@ use arrayvec::ArrayVec;
 use nalgebra::Vector2;
 use protocol::percept::FieldComponent;
 
-use crate::{refinement::Refinement, sensory_field::value};
-
-/// Corners, counter-clockwise.
-pub type Triangle = [Vector2<f64>; 3];
+use crate::{polygon::Triangle, refinement::Refinement, sensory_field::value};
 
 /// How often a triangle is halved, one half after the other, before its pieces are taken as they are.
 ///

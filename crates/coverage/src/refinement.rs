@@ -13,8 +13,7 @@ use nalgebra::Vector2;
 use protocol::percept::{COMPONENTS_MAX, FieldComponent};
 
 use crate::{
-    polygon::distance_squared,
-    quadrature::Triangle,
+    polygon::{Triangle, distance_squared},
     sensory_field::{magnitude, peak_of},
 };
 

@@ -287,7 +287,7 @@ impl Run<'_, '_> {
         let Self { scenario, arena, squad, answers, stamps, mut observers, .. } = self;
         let view = TickView {
             is_last: true,
-            metrics: OnceCell::from(summary.end.clone()),
+            metrics: OnceCell::from(summary.end),
             ..view(scenario, arena, squad, &answers, stamps, EstimatedErrors::of(&answers))
         };
         observers.try_each(|observer| observer.summarize(&view, &mut summary));

@@ -10,119 +10,37 @@
 
 #![forbid(unsafe_code)]
 
+mod context;
 mod filter;
+mod format;
 pub mod line;
+mod settings;
 mod subscriber;
 
 use std::{
-    cell::Cell,
-    env,
-    fmt::{self, Display},
+    fmt::Display,
     io::{self, Write},
-    str::FromStr,
     sync::OnceLock,
 };
 
-use protocol::robot_id::RobotId;
-use tracing::{Level, level_filters::LevelFilter};
+use tracing::Level;
+
+pub use crate::{
+    context::{at_no_tick, at_tick, in_run},
+    format::{FORMAT_VARIABLE, Format, UnknownFormat},
+    settings::{Settings, Sink},
+};
 
 use crate::{
+    context::{run, tick},
     filter::Filter,
+    format::said,
     line::{Line, Record, Words},
     subscriber::Book,
 };
 
-/// The environment variable by which a supervisor tells its children the format: `text` or `json`.
-pub const FORMAT_VARIABLE: &str = "LAMPLIGHT_LOG";
-
-/// Tick number of a thread that has no tick: no tick of a run has it (it is `transport::raw::BOOT_TICK`).
-const NO_TICK: u64 = u64::MAX;
-
 /// How [`begin`] has begun.
 static SETTINGS: OnceLock<Settings> = OnceLock::new();
-/// Name of the run that this process is in.
-static RUN: OnceLock<String> = OnceLock::new();
-
-thread_local! {
-    /// A thread's own, because the trials of a batch run side by side.
-    static TICK: Cell<u64> = const { Cell::new(NO_TICK) };
-}
-
-/// How lines are written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Format {
-    /// For people: ` WARN robot 3 tick 120: percept refused: ...`
-    #[default]
-    Text,
-    /// For programs: an object per line, with the same keys whoever writes it
-    Json,
-}
-
-impl Format {
-    /// All there are, as the command line spells them.
-    pub const NAMES: [&'static str; 2] = ["text", "json"];
-
-    /// The format that [`FORMAT_VARIABLE`] names; text if it names none.
-    ///
-    /// # Errors
-    /// If it says something else.
-    pub fn from_env() -> Result<Self, UnknownFormat> {
-        said(FORMAT_VARIABLE).map_or(Ok(Self::default()), |name| name.parse())
-    }
-}
-
-impl Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Text => "text",
-            Self::Json => "json",
-        })
-    }
-}
-
-/// A format that is none.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownFormat(String);
-
-impl Display for UnknownFormat {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` is no log format; there are text and json", self.0)
-    }
-}
-
-impl std::error::Error for UnknownFormat {}
-
-impl FromStr for Format {
-    type Err = UnknownFormat;
-
-    fn from_str(name: &str) -> Result<Self, UnknownFormat> {
-        match name {
-            "text" => Ok(Self::Text),
-            "json" => Ok(Self::Json),
-            _ => Err(UnknownFormat(name.into())),
-        }
-    }
-}
-
-/// Takes a line, newline included, in one piece or not at all.
-pub type Sink = fn(&[u8]) -> io::Result<()>;
-
-/// How a process logs.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// How lines are written.
-    pub format: Format,
-    /// Level of what is written where `RUST_LOG` does not say.
-    pub level: LevelFilter,
-    /// Robot of this process, if it is an agent's.
-    pub robot: Option<RobotId>,
-    /// Whether text may be colored.
-    pub color: bool,
-    /// Where lines go.
-    pub sink: Sink,
-    /// Warns of what in `RUST_LOG` and [`FORMAT_VARIABLE`] is not understood. One process of a run does.
-    pub complains: bool,
-}
 
 /// Begins to log. A second call, as in tests, changes nothing.
 pub fn begin(settings: Settings) {
@@ -143,31 +61,11 @@ pub fn begin(settings: Settings) {
     }
 }
 
-/// The value of a variable of the environment, with replacement characters for what is no Unicode.
-fn said(variable: &str) -> Option<String> {
-    env::var_os(variable).map(|text| text.to_string_lossy().into_owned())
-}
-
 /// Warns, whatever the filter: it is what may be wrong.
 fn complain(message: &str) {
     let sink = SETTINGS.get().map_or(to_stderr as Sink, |settings| settings.sink);
     // If nobody takes it, there is nobody to tell.
     let _ = sink(line(Level::WARN, module_path!(), &message).bytes());
-}
-
-/// From here on lines name this run. The first name stays.
-pub fn in_run(name: impl Display) {
-    let _ = RUN.set(name.to_string());
-}
-
-/// From here on the lines of this thread are about this tick; costs one store.
-pub fn at_tick(tick: u64) {
-    TICK.set(tick);
-}
-
-/// From here on the lines of this thread are about no tick.
-pub fn at_no_tick() {
-    TICK.set(NO_TICK);
 }
 
 /// How this process writes lines.
@@ -197,12 +95,4 @@ pub fn line(level: Level, target: &str, message: &dyn Display) -> Line {
 /// The sink that is standard error.
 pub fn to_stderr(line: &[u8]) -> io::Result<()> {
     io::stderr().write_all(line)
-}
-
-fn run() -> Option<&'static str> {
-    RUN.get().map(String::as_str)
-}
-
-fn tick() -> Option<u64> {
-    Some(TICK.get()).filter(|&tick| tick != NO_TICK)
 }

@@ -14,7 +14,7 @@ use tracing::{
     field::{Field, Visit},
 };
 
-use crate::Format;
+use crate::format::Format;
 
 /// Longest line, bytes, newline included: what Linux writes to a pipe in one piece (PIPE_BUF, pipe(7)).
 pub const MOST_BYTES: usize = 4096;

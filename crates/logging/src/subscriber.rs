@@ -10,10 +10,10 @@ use tracing::{
 };
 
 use crate::{
-    Settings,
+    context::{run, tick},
     filter::Filter,
     line::{Line, Record, Words},
-    run, tick,
+    settings::Settings,
 };
 
 /// Writes what happens.

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    ClockUsed, Profile, RobotProfile, Source, Usage,
+use crate::{
     cycle_times::Stage,
     histograms::{Histograms, Span, Spread},
+    profile::{ClockUsed, Profile, RobotProfile, Source},
+    usage::Usage,
 };
 
 /// All agents of a run. Times in microseconds; a [`Spread`] is `null` where nothing was measured.

@@ -4,6 +4,7 @@ mod convergence;
 mod decay;
 mod density;
 mod folder;
+mod panels;
 mod settings;
 mod sweep;
 
@@ -16,9 +17,6 @@ use crate::{
     error::ReportError,
     page::{Block, Cell, Page, Section, Table},
 };
-
-/// Figures show so many settings at most, one beside the other; tables show all.
-const PANELS_MAX: usize = 12;
 
 /// The page of `batch`.
 pub fn page(batch: &Batch) -> Result<Page, ReportError> {
@@ -57,12 +55,4 @@ fn headline(batch: &Batch) -> Table {
         pairs.push(("digest of all trials".into(), Cell::Code(digest.clone())));
     }
     Table::of_pairs("The batch", pairs)
-}
-
-/// A note that not all settings are drawn.
-fn panels_note(batch: &Batch) -> Option<Block> {
-    let count = batch.settings.len();
-    (count > PANELS_MAX).then(|| {
-        Block::Note(format!("Drawn are the first {PANELS_MAX} of {count} settings; the table has all."))
-    })
 }

@@ -8,7 +8,7 @@ use kuva::{
     },
 };
 
-use crate::chart::Look;
+use crate::look::Look;
 
 /// One line of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::{svg::Svg, theme};
+use crate::{escape::escape, svg::Svg, theme};
 
 /// By this a page is known to be ours.
 pub const MARK: &str = "<meta name=\"generator\" content=\"lamplight report\">";
@@ -270,24 +270,6 @@ impl Cell {
 
 fn link(id: &str, text: &str) -> String {
     format!("<a href=\"#{}\">{}</a>", escape(id), escape(text))
-}
-
-/// Text as HTML and XML have it, in elements and in attributes.
-pub fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            // XML has no way to write these.
-            control if control.is_control() && !matches!(control, '\n' | '\t') => safe.push('\u{fffd}'),
-            other => safe.push(other),
-        }
-    }
-    safe
 }
 
 /// Measures in rem, so that it grows with the reader's letters; on paper nothing is cut in two.

@@ -3,6 +3,7 @@
 //! In:  a folder that `scripts/reproduce-paper` has filled with runs and batches. What is missing is said to be.
 //! Out: a page that begins with every claim and how it fared; each verdict is computed from the numbers below it.
 
+mod chapter;
 mod evidence;
 mod faults;
 mod fig2;
@@ -18,56 +19,17 @@ use serde::Deserialize;
 
 use crate::{
     error::ReportError,
-    page::{Block, Cell, Mark, Page, Section, Table},
+    page::{Block, Cell, Page, Table},
     scene,
 };
 
+use chapter::{Chapter, Verdict};
 use evidence::Evidence;
 
 /// `paper.json`.
 #[derive(Debug, Deserialize)]
 struct Meta {
     version: String,
-}
-
-/// A claim of the paper, and how it fared.
-struct Verdict {
-    claim: &'static str,
-    mark: Mark,
-    /// Ours, in few words.
-    ours: String,
-}
-
-/// A section with what it shows to be so.
-struct Chapter {
-    section: Section,
-    verdicts: Vec<Verdict>,
-}
-
-impl Chapter {
-    fn new(id: &str, title: &str, claim: &str) -> Self {
-        let mut section = Section::new(id, title);
-        section.blocks.push(Block::Labeled("The paper:".into(), claim.into()));
-        Self { section, verdicts: Vec::new() }
-    }
-
-    fn add(&mut self, block: Block) {
-        self.section.blocks.push(block);
-    }
-
-    fn say(&mut self, label: &str, text: impl Into<String>) {
-        self.add(Block::Labeled(label.into(), text.into()));
-    }
-
-    fn verdict(&mut self, claim: &'static str, mark: Mark, ours: impl Into<String>) {
-        self.verdicts.push(Verdict { claim, mark, ours: ours.into() });
-    }
-
-    /// The results of `name` are not there.
-    fn missing(&mut self, claim: &'static str, name: &str) {
-        self.add(Block::Note(format!("{name}/ is not there: scripts/reproduce-paper makes it.")));
-        self.verdict(claim, Mark::Missing, "no results");
-    }
 }
 
 /// The page of all that is in `folder`.

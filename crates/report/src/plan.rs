@@ -5,7 +5,8 @@ use kuva::plot::scatter::MarkerShape;
 use scenario::Scenario;
 
 use crate::{
-    chart::{Axis, Chart, Dash, Look, Point},
+    chart::{Axis, Chart, Point},
+    look::{Dash, Look},
     svg::Svg,
     theme::Ink,
 };

@@ -2,7 +2,7 @@
 
 use kuva::{backend::svg::SvgBackend, render::render::Scene};
 
-use crate::{page::escape, theme};
+use crate::{escape::escape, theme};
 
 /// Prefix of the plotting library's clips; they are renamed, for a page has many figures.
 const CLIP: &str = "kuva-clip-";

@@ -12,7 +12,7 @@ use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::controller::{Gradient, LawSpec};
 use super::fault;
 use super::file::FieldSpec;
-use super::light::LightSpec;
+use super::light::{COUNTS_MAX, LightSpec};
 use super::number::Positive;
 use super::problem::{Problem, ensure, problem};
 use super::steps::ROUNDING;
@@ -33,9 +33,6 @@ const CELL_CAP_MAX_M: f64 = SIDE_MAX_M;
 
 /// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
 const WIDTH_MIN_M: f64 = 1e-6;
-
-/// Highest offset, peak or false reading: sums and gradients of them stay finite.
-pub(super) const COUNTS_MAX: f64 = 1e12;
 
 /// Finest step of a converter, counts: far below any noise, and no quotient overflows.
 const COUNTS_MIN: f64 = 1e-9;

@@ -9,13 +9,12 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
 use super::error::{Place, ScenarioError};
-use super::explain;
-use super::file::TABLES;
 use super::overrides::Override;
 use super::problem::{Problem, problem};
+use super::tables::TABLES;
 
 /// The table that may be several.
 const MAY_BE_ARRAY: &str = "controller";
@@ -40,7 +39,7 @@ impl<'a> Document<'a> {
         overrides: &'a [Override],
     ) -> Result<Self, ScenarioError> {
         let source = Source { name, text, overrides };
-        let table = DeTable::parse(text).map_err(|error| explain::syntax(&error, &source))?;
+        let table = DeTable::parse(text).map_err(|error| syntax(&error, &source))?;
         let mut root = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
         for (start, entry) in source.override_starts() {
             apply(&mut root, entry, start).map_err(|Problem { message, hint, .. }| ScenarioError {
@@ -52,19 +51,17 @@ impl<'a> Document<'a> {
         Ok(Self { source, root })
     }
 
-    /// The tree as a value, or what the value's types say about the tree.
-    pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
-        self.refuse_arrays_for_tables()?;
+    /// The tree as a value, or serde's reason.
+    pub(super) fn value<T: DeserializeOwned>(&self) -> Result<T, Error> {
         T::deserialize(ValueDeserializer::from(self.root.clone()))
-            .map_err(|error| explain::refusal(&error, self))
     }
 
-    /// The part of the table at a path with the keys that `keep` keeps.
-    pub(super) fn read<T: DeserializeOwned>(
+    /// The part of the table at a path with the keys that `keep` keeps, or serde's reason.
+    pub(super) fn part<T: DeserializeOwned>(
         &self,
         path: &str,
         keep: impl Fn(&str) -> bool,
-    ) -> Result<T, ScenarioError> {
+    ) -> Result<T, Error> {
         let node = path.split('.').try_fold(&self.root, child).unwrap_or(&self.root);
         let part = match node.get_ref() {
             DeValue::Table(table) => {
@@ -74,7 +71,6 @@ impl<'a> Document<'a> {
             other => other.clone(),
         };
         T::deserialize(ValueDeserializer::from(Spanned::new(node.span(), part)))
-            .map_err(|error| explain::refusal(&error, self))
     }
 
     /// The keys of the table at a path.
@@ -91,7 +87,7 @@ impl<'a> Document<'a> {
     }
 
     /// Serde would read `[[channel]]` as a list of the fields of `[channel]`, and forget those to spare.
-    fn refuse_arrays_for_tables(&self) -> Result<(), ScenarioError> {
+    pub(super) fn refuse_arrays_for_tables(&self) -> Result<(), ScenarioError> {
         let mut tables = TABLES
             .iter()
             .filter(|name| **name != MAY_BE_ARRAY)
@@ -244,11 +240,35 @@ fn set<'a>(
     match node.get_mut() {
         _ if below.is_none() && value.is_none() => remove(node, key),
         DeValue::Array(entries) if entries.is_empty() => {
-            Err(explain::no_entry(path[..at].trim_end_matches('.'), rest))
+            Err(no_entry(path[..at].trim_end_matches('.'), rest))
         }
         DeValue::Array(entries) if key == EVERY => entries.iter_mut().try_for_each(change),
         _ => change(child_or_table(node, key, start + at..start + at + key.len())?),
     }
+}
+
+/// Why a text is not TOML.
+fn syntax(error: &Error, source: &Source<'_>) -> ScenarioError {
+    let span = error.span().unwrap_or_default();
+    let message = match error.message() {
+        "duplicate key" => format!("`{}` is given twice", source.excerpt(&span)),
+        "string values must be quoted, expected literal string" => {
+            "expected a value: a number, true, false, a \"quoted string\", an array or a table".into()
+        }
+        other => other.into(),
+    };
+    // Never empty: an empty span at the very start would mean the whole document.
+    ScenarioError { place: source.place(&(span.start..span.start + 1)), message, hint: None }
+}
+
+/// Why an override cannot step into the array at a path by `rest`, an index and what is below.
+pub(super) fn no_entry(array: &str, rest: &str) -> Problem {
+    let (index, entry) = match rest.split_once('.') {
+        Some((index, below)) => (index, format!("{{ {below} = ... }}")),
+        None => (rest, "...".into()),
+    };
+    problem(&[], format!("there is no entry `{index}`: `{array}` is empty or not given"))
+        .hint(format!("give the array whole: --set '{array}=[{entry}]'"))
 }
 
 /// The value of an override: TOML if it is, else a bare string.

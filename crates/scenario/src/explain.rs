@@ -4,13 +4,14 @@
 
 use std::ops::Range;
 
+use serde::de::DeserializeOwned;
 use toml::de::Error;
 
-use super::document::{Document, Source};
+use super::document::{Document, no_entry};
 use super::error::{Place, ScenarioError};
-use super::file::TABLES;
 use super::overrides::Override;
-use super::problem::{Problem, problem};
+use super::problem::Problem;
+use super::tables::TABLES;
 
 /// Below this similarity (Jaro-Winkler, 0 to 1) a valid word is not what the user meant.
 const SIMILAR: f64 = 0.8;
@@ -22,22 +23,25 @@ const NO_ARRAY: &str = "invalid type: map, expected a sequence";
 /// Serde's message about a choice that is neither.
 const NEITHER: &str = "wanted string or table";
 
-/// Why a text is not TOML.
-pub(super) fn syntax(error: &Error, source: &Source<'_>) -> ScenarioError {
-    let span = error.span().unwrap_or_default();
-    let message = match error.message() {
-        "duplicate key" => format!("`{}` is given twice", source.excerpt(&span)),
-        "string values must be quoted, expected literal string" => {
-            "expected a value: a number, true, false, a \"quoted string\", an array or a table".into()
-        }
-        other => other.into(),
-    };
-    // Never empty: an empty span at the very start would mean the whole document.
-    ScenarioError { place: source.place(&(span.start..span.start + 1)), message, hint: None }
+impl Document<'_> {
+    /// The tree as a value, or what the value's types say about the tree.
+    pub(super) fn deserialize<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        self.refuse_arrays_for_tables()?;
+        self.value().map_err(|error| refusal(&error, self))
+    }
+
+    /// The part of the table at a path with the keys that `keep` keeps.
+    pub(super) fn read<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        keep: impl Fn(&str) -> bool,
+    ) -> Result<T, ScenarioError> {
+        self.part(path, keep).map_err(|error| refusal(&error, self))
+    }
 }
 
 /// Why a TOML tree is not a scenario.
-pub(super) fn refusal(error: &Error, document: &Document<'_>) -> ScenarioError {
+fn refusal(error: &Error, document: &Document<'_>) -> ScenarioError {
     let span = error.span().unwrap_or_default();
     let place = document.place(&span);
     let path = document.path_of(&span);
@@ -64,16 +68,6 @@ pub(super) fn refusal(error: &Error, document: &Document<'_>) -> ScenarioError {
     let quoted =
         document.override_at(&span).filter(|entry| text_wanted && entry.path() == path).map(in_quotes);
     ScenarioError { place, message, hint: hint.or(quoted) }
-}
-
-/// Why an override cannot step into the array at a path by `rest`, an index and what is below.
-pub(super) fn no_entry(array: &str, rest: &str) -> Problem {
-    let (index, entry) = match rest.split_once('.') {
-        Some((index, below)) => (index, format!("{{ {below} = ... }}")),
-        None => (rest, "...".into()),
-    };
-    problem(&[], format!("there is no entry `{index}`: `{array}` is empty or not given"))
-        .hint(format!("give the array whole: --set '{array}=[{entry}]'"))
 }
 
 /// Where an override goes on below a path.

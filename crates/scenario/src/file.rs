@@ -6,6 +6,7 @@
 
 mod arena;
 mod channel;
+mod choice;
 pub(crate) mod controller;
 mod convergence;
 mod field;
@@ -25,7 +26,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::fault::Fault;
 use crate::number::{Positive, Seed};
-use crate::problem::{Problem, problem};
+use crate::problem::Problem;
 use crate::steps::Roundings;
 use crate::{Scenario, time_out};
 
@@ -41,21 +42,6 @@ use controller::ControllerTables;
 use light::LightKeys;
 use robots::RobotsKeys;
 use sensors::SensorsKeys;
-
-/// Every table at the top of a scenario file.
-pub(crate) const TABLES: [&str; 11] = [
-    "arena",
-    "robots",
-    "field",
-    "light",
-    "sensors",
-    "controller",
-    "channel",
-    "convergence",
-    "processes",
-    "output",
-    "fuzz",
-];
 
 /// A run of a robot swarm: the arena, the robots, what they sense, how they move and what is recorded.
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -205,18 +191,6 @@ impl<T: JsonSchema> JsonSchema for Deferred<T> {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         T::json_schema(generator)
     }
-}
-
-/// A key that the file gives and that means nothing beside the choice of another.
-fn without_meaning(path: &str, choice: &str, chosen: &str) -> Problem {
-    problem(&[path, choice], format!("{path} has no meaning with {choice} = \"{chosen}\""))
-        .hint(format!("remove it (on the command line: --set {path}=)"))
-}
-
-/// As the file spells it.
-fn spelled(choice: &impl Serialize) -> String {
-    let value = toml::Value::try_from(choice).expect("a choice is a name");
-    value.as_str().unwrap_or_default().to_owned()
 }
 
 fn first_seed() -> Seed {

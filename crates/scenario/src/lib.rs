@@ -29,6 +29,7 @@ mod robots;
 mod schema;
 mod sensors;
 mod steps;
+mod tables;
 mod time_out;
 
 use coverage::setup::{Closure, CoverageSetup};

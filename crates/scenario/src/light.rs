@@ -2,6 +2,9 @@
 
 use super::number::{DiodeCount, NonNegative, Positive};
 
+/// Highest offset, peak or false reading: sums and gradients of them stay finite.
+pub(crate) const COUNTS_MAX: f64 = 1e12;
+
 /// The light sensor of every robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightSpec {

@@ -1,6 +1,5 @@
 //! The scenario file as a JSON Schema, for editors.
 
-use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 
 use super::file::File;
@@ -11,18 +10,6 @@ pub fn schema_json() -> String {
     format!("{:#}\n", schema.as_value())
 }
 
-// `protocol::setup::Plane` as the schema sees it, so that `protocol` need not know schemars.
-/// Transport of percepts and commands between the arena and its agents.
-#[derive(JsonSchema)]
-#[serde(rename = "Plane", rename_all = "kebab-case")]
-#[allow(dead_code, reason = "only its schema is used")]
-pub(super) enum PlaneName {
-    /// One latest value per direction, which the next one replaces: what lock-step needs.
-    Blackboard,
-    /// Short queues: in real time a message that comes while another waits does not replace it.
-    PublishSubscribe,
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -30,7 +17,7 @@ mod tests {
     use schemars::schema_for;
     use serde_json::Value;
 
-    use super::super::file::TABLES;
+    use super::super::tables::TABLES;
     use super::*;
 
     #[test]

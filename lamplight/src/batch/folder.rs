@@ -9,6 +9,7 @@
 //! has grown or some are played again, the tables are put in order once all trials are there. Every step leaves a
 //! folder that the same command goes on with.
 
+mod keys;
 mod table;
 
 use std::{
@@ -23,9 +24,13 @@ use anyhow::{Context, bail, ensure};
 use files::WriteError;
 use observe::trial::{Record, TOLERANCES_M};
 
-use self::table::{Block, Row, Sheet, Table};
+use self::{
+    keys::{keys, keys_of_row},
+    table::{Block, Row, Sheet, Table},
+};
 use super::{
-    Keep,
+    columns::{COLUMNS, KEYS, LOST_AGENTS},
+    options::Keep,
     plan::{Identity, Plan, Trial, scenario_difference},
 };
 use crate::failure::Failure;
@@ -35,46 +40,6 @@ const SCENARIO: &str = "scenario.toml";
 const TRIALS: &str = "trials.csv";
 const SUMMARY: &str = "summary.json";
 
-/// Columns of `trials.csv` before those of the sweeps.
-const KEYS: [&str; 4] = ["setting", "trial", "seed", "robots"];
-/// Columns of `trials.csv` that name no sweep.
-pub(crate) const COLUMNS: [&str; 33] = [
-    "setting",
-    "trial",
-    "seed",
-    "robots",
-    "ended",
-    "ticks",
-    "virtual_time_s",
-    "mean_below_1e-3_s",
-    "mean_below_1e-4_s",
-    "mean_below_1e-5_s",
-    "mean_below_1e-6_s",
-    "mean_below_1e-7_s",
-    "max_below_1e-3_s",
-    "max_below_1e-4_s",
-    "max_below_1e-5_s",
-    "max_below_1e-6_s",
-    "max_below_1e-7_s",
-    "mean_error_m",
-    "max_error_m",
-    "mean_true_error_m",
-    "cost_h",
-    "exact_cost_h",
-    "cell_agreement",
-    "mean_peak_distance_m",
-    "mean_lamp_distance_m",
-    "robots_alive",
-    "robots_paused",
-    "robots_without_error",
-    "robots_with_open_cell",
-    "robots_without_mass",
-    "packets_in_range",
-    "packets_heard",
-    "digest",
-];
-/// How a trial ended that lost agents which nobody planned to lose, each time it was played.
-pub(super) const LOST_AGENTS: &str = "lost-agents";
 const ERRORS: [&str; 5] = ["setting", "trial", "time_s", "mean_error_m", "max_error_m"];
 const POSITIONS: [&str; 8] = ["setting", "trial", "robot", "start_x_m", "start_y_m", "x_m", "y_m", "alive"];
 
@@ -364,19 +329,6 @@ fn header(plan: &Plan) -> Vec<String> {
     let sweeps = plan.identity.sweeps.iter().map(|sweep| sweep.key.clone());
     let rest = COLUMNS[KEYS.len()..].iter().map(|&column| column.into());
     KEYS.iter().map(|&key| key.into()).chain(sweeps).chain(rest).collect()
-}
-
-/// Fields that tell a trial apart in every file.
-fn keys(trial: &Trial<'_>) -> Vec<String> {
-    vec![trial.setting.to_string(), trial.trial.to_string()]
-}
-
-/// The first fields of a trial's row: [`KEYS`] and the swept values.
-fn keys_of_row(trial: &Trial<'_>) -> Vec<String> {
-    let mut keys = keys(trial);
-    keys.extend([trial.scenario.seed.to_string(), trial.scenario.robot_count().to_string()]);
-    keys.extend(trial.of.values.iter().cloned());
-    keys
 }
 
 fn row(trial: &Trial<'_>, done: &Done) -> Vec<String> {

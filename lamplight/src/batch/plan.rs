@@ -11,7 +11,10 @@ use options::toml_number;
 use scenario::{Override, SEED_MAX, Scenario};
 use serde::{Deserialize, Serialize};
 
-use super::{BatchArgs, Keep, folder::COLUMNS};
+use super::{
+    columns::COLUMNS,
+    options::{BatchArgs, Keep},
+};
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;

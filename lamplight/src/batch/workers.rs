@@ -23,14 +23,15 @@ use scenario::{Controller, RobotSet, Scenario};
 use transport::run_dir::RunDir;
 
 use super::{
-    BatchArgs,
     folder::{Done, Played},
+    options::BatchArgs,
     plan::{Plan, Trial},
 };
 use crate::{
     failure::Failure,
     in_process, limits, name,
-    run::{Engine, Outcome},
+    outcome::Outcome,
+    run::Engine,
     supervisor::{self, Watch},
 };
 

@@ -28,12 +28,11 @@ use super::{
     counters::Counters,
     flight::Origins,
     journal::{Answer, Excerpt, Journal, Round},
+    measure::Measure,
     tally::Tallies,
     usage,
 };
 use processes::Process;
-
-use crate::roster::Measure;
 
 /// Cycles of a robot that go into its tallies at once, at least, if there are so many robots: the more they are, the
 /// less its tallies cost to fetch, and the more the journal does.

@@ -3,13 +3,13 @@
 use protocol::percept::Tick;
 
 use super::{
-    AgentState, Fate, ProcessAction, ProcessFault,
+    fate::{AgentState, Fate},
     ledger::Entry,
     rng::FaultRng,
     rule::Rule,
     target::{Target, whole},
 };
-use scenario::{Scenario, fault};
+use scenario::{ProcessAction, ProcessFault, Scenario, fault};
 
 /// `which` of the draw by which those who live again are chosen.
 const REBORN: u32 = 1;

@@ -3,9 +3,13 @@
 use protocol::percept::Tick;
 
 use super::{
-    AgentState, Fate, ProcessAction, ProcessFault, ledger::Entry, rng::FaultRng, rule::Rule, target::Target,
+    fate::{AgentState, Fate},
+    ledger::Entry,
+    rng::FaultRng,
+    rule::Rule,
+    target::Target,
 };
-use scenario::{Scenario, fault};
+use scenario::{ProcessAction, ProcessFault, Scenario, fault};
 
 #[derive(Debug, Default)]
 pub(super) struct Pause {

@@ -9,12 +9,13 @@ use protocol::{
 };
 
 use super::{
-    Fate, ProcessFault,
+    fate::Fate,
     ledger::Entry,
     rng::FaultRng,
     target::{Scene, Target},
 };
 use crate::{channel::Reception, frame::ArenaPoint, payloads::Payloads};
+use scenario::ProcessFault;
 
 /// A packet on its way to one receiver.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,10 @@
 //! When trials converged: distributions by tolerance, and a table.
 
 use crate::{
-    batch::{Batch, PANELS_MAX, Setting, panels_note},
+    batch::{
+        Batch, Setting,
+        panels::{PANELS_MAX, panels_note},
+    },
     chart::{Axis, Chart},
     error::ReportError,
     number,

@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    batch::{Batch, ByTrial, PANELS_MAX, Setting, panels_note},
-    chart::{Axis, Chart, Dash, GAP, Look, Point},
+    batch::{
+        Batch, ByTrial, Setting,
+        panels::{PANELS_MAX, panels_note},
+    },
+    chart::{Axis, Chart, GAP, Point},
     error::ReportError,
+    look::{Dash, Look},
     page::{Block, Figure},
     stats::quantile,
     svg::Svg,

@@ -1,10 +1,14 @@
 //! `positions.csv`: how densely robots stand around the peak or the lamps.
 
 use crate::{
-    batch::{Batch, ByTrial, PANELS_MAX, Setting, panels_note},
-    chart::{Axis, Chart, Look, Point},
+    batch::{
+        Batch, ByTrial, Setting,
+        panels::{PANELS_MAX, panels_note},
+    },
+    chart::{Axis, Chart, Point},
     density::{Ring, Rings},
     error::ReportError,
+    look::Look,
     page::{Block, Figure},
     plan::{self, Body},
 };

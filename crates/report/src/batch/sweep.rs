@@ -2,8 +2,9 @@
 
 use crate::{
     batch::{Batch, Setting, folder::short_key, folder::short_value},
-    chart::{Axis, Chart, Look, Series},
+    chart::{Axis, Chart, Series},
     error::ReportError,
+    look::Look,
     page::{Block, Cell, Figure, Table},
     stats::Stats,
     svg::Svg,

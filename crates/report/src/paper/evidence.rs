@@ -15,7 +15,7 @@ use crate::{
     stats::Stats,
 };
 
-use super::Chapter;
+use super::chapter::Chapter;
 
 /// A folder of results.
 pub(super) struct Evidence {

@@ -1,14 +1,15 @@
 //! Section V under collisions, loss and killed robots: what the paper could not do.
 
 use super::{
-    Chapter, Evidence,
-    evidence::{series, swept, swept_number},
+    chapter::Chapter,
+    evidence::{Evidence, series, swept, swept_number},
 };
 use crate::{
     batch::{Batch, Setting, density_points},
-    chart::{Axis, Chart, Look, Point},
+    chart::{Axis, Chart, Point},
     density::Rings,
     error::ReportError,
+    look::Look,
     number,
     page::{Block, Figure, Mark},
     plan,

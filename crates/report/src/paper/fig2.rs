@@ -2,10 +2,11 @@
 
 use kuva::plot::scatter::MarkerShape;
 
-use super::{Chapter, Evidence};
+use super::{chapter::Chapter, evidence::Evidence};
 use crate::{
-    chart::{Axis, Chart, Dash, Look, Point},
+    chart::{Axis, Chart, Point},
     error::ReportError,
+    look::{Dash, Look},
     number,
     page::{Block, Figure, Mark},
     plan::plan,

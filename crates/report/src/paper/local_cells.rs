@@ -1,12 +1,13 @@
 //! Local cells against global ones: what a range of one meter costs.
 
 use super::{
-    Chapter, Evidence,
-    evidence::{series, swept},
+    chapter::Chapter,
+    evidence::{Evidence, series, swept},
 };
 use crate::{
-    chart::{Axis, Chart, Look, Point},
+    chart::{Axis, Chart, Point},
     error::ReportError,
+    look::Look,
     page::{Block, Figure, Mark},
 };
 

@@ -1,13 +1,14 @@
 //! "Near-optimal": what the linear estimate costs against the exact controller.
 
 use super::{
-    Chapter, Evidence,
-    evidence::{ratios, robot_counts, series, swept_number},
+    chapter::Chapter,
+    evidence::{Evidence, ratios, robot_counts, series, swept_number},
 };
 use crate::{
     batch::Batch,
-    chart::{Axis, Chart, Look},
+    chart::{Axis, Chart},
     error::ReportError,
+    look::Look,
     number,
     page::{Block, Cell, Figure, Mark, Table},
     stats::{Stats, quantile},

@@ -1,13 +1,14 @@
 //! The paper's outlook: a quadratic fit of φ from shared readings.
 
 use super::{
-    Chapter, Evidence,
-    evidence::{ratios, series, swept, swept_number},
+    chapter::Chapter,
+    evidence::{Evidence, ratios, series, swept, swept_number},
 };
 use crate::{
     batch::Batch,
-    chart::{Axis, Chart, Look},
+    chart::{Axis, Chart},
     error::ReportError,
+    look::Look,
     page::{Block, Figure, Mark},
     stats::Stats,
     svg::Svg,

@@ -1,11 +1,15 @@
 //! Fig. 7, 8 and 9: SwarmBots around two lamps.
 
-use super::{Chapter, Evidence, evidence::swept};
+use super::{
+    chapter::Chapter,
+    evidence::{Evidence, swept},
+};
 use crate::{
     batch::{Batch, density_points},
-    chart::{Axis, Chart, Look, Point},
+    chart::{Axis, Chart, Point},
     density::{Ring, Rings},
     error::ReportError,
+    look::Look,
     number,
     page::{Block, Cell, Figure, Mark, Table},
     plan::{self, bodies_alone, plan},

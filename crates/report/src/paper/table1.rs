@@ -1,11 +1,12 @@
 //! Fig. 3, Table I and Fig. 4: how fast and where 10, 100 and 1000 robots converge under eq. 20.
 
-use super::{Chapter, Evidence};
+use super::{chapter::Chapter, evidence::Evidence};
 use crate::{
     batch::{Batch, Norm, decay_panel, density_points},
-    chart::{Axis, Chart, Look, Point},
+    chart::{Axis, Chart, Point},
     density::Rings,
     error::ReportError,
+    look::Look,
     number,
     page::{Block, Cell, Figure, Mark, Table},
     plan,

@@ -1,8 +1,9 @@
 //! `metrics.csv` as lines over time.
 
 use crate::{
-    chart::{Axis, Chart, Event, GAP, Look, Point},
+    chart::{Axis, Chart, Event, GAP, Point},
     error::ReportError,
+    look::Look,
     number,
     page::{Block, Cell, Figure, Table},
     run::{Run, faults},

@@ -4,7 +4,7 @@
 
 use super::{Disc, Fault, Pick};
 use crate::Scenario;
-use crate::check::COUNTS_MAX;
+use crate::light::COUNTS_MAX;
 use crate::problem::{Problem, ensure, problem};
 use crate::robot_set::{Link, RobotSet};
 

@@ -7,7 +7,7 @@ use std::num::NonZeroU32;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{spelled, without_meaning};
+use super::choice::{spelled, without_meaning};
 use crate::channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profile};
 use crate::number::{NonNegative, PayloadBytes, Positive, Probability};
 use crate::problem::{Problem, problem};

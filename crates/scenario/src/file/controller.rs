@@ -11,7 +11,7 @@ use schemars::{JsonSchema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::without_meaning;
+use super::choice::without_meaning;
 use crate::controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec};
 use crate::document::Document;
 use crate::error::{Origin, ScenarioError};

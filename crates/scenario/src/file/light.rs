@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::without_meaning;
+use super::choice::without_meaning;
 use crate::light::{LightSpec, RingSpec};
 use crate::number::{DiodeCount, NonNegative, Positive};
 use crate::problem::Problem;

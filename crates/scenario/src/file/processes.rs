@@ -7,7 +7,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::number::{NonNegative, Positive};
-use crate::schema::PlaneName;
 
 /// How long a robot may take to join that the run starts, unless the scenario says otherwise: a thousand take two
 /// seconds on two cores.
@@ -78,4 +77,16 @@ impl Default for ProcessesSpec {
             timer_jitter_s: constant!(NonNegative, 0.0),
         }
     }
+}
+
+// `protocol::setup::Plane` as the schema sees it, so that `protocol` need not know schemars.
+/// Transport of percepts and commands between the arena and its agents.
+#[derive(JsonSchema)]
+#[serde(rename = "Plane", rename_all = "kebab-case")]
+#[allow(dead_code, reason = "only its schema is used")]
+enum PlaneName {
+    /// One latest value per direction, which the next one replaces: what lock-step needs.
+    Blackboard,
+    /// Short queues: in real time a message that comes while another waits does not replace it.
+    PublishSubscribe,
 }

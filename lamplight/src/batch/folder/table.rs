@@ -13,7 +13,10 @@ use std::{
 use anyhow::{Context, anyhow, bail, ensure};
 use files::{Lines, WriteError};
 
-use super::{super::plan::Plan, LOST_AGENTS, keys_of_row};
+use super::{
+    super::{columns::LOST_AGENTS, plan::Plan},
+    keys::keys_of_row,
+};
 
 /// The text of a table.
 #[derive(Debug)]
