@@ -16,7 +16,8 @@ pub(crate) struct CheckArgs {
 }
 
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
+    let mut scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
+    scenario.find_programs().map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
     log::begin(false, Format::Text);
     log::warn_of(&warnings(&scenario, arena.poses()));

@@ -204,8 +204,8 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
     let present = by_hand.iter().find(|robot| robot.id.index == id.index);
     match present {
         Some(present) if present.id == id => Ok(()),
-        Some(ByHand { id: present, is_awaited: true }) => {
-            bail!("run `{name}` waits for {present} and not for {id}: {}", name.agent_command(*present))
+        Some(ByHand { id: present, is_awaited: true, command }) => {
+            bail!("run `{name}` waits for {present} and not for {id}: {command}")
         }
         Some(ByHand { id: present, .. }) => {
             bail!("run `{name}` does not wait for {id}; it is at {present}, which has been started already")
@@ -214,7 +214,7 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
             Some(other) => bail!(
                 "{id} is not driven by hand in run `{name}`, which waits for {}: {}",
                 other.id,
-                name.agent_command(other.id)
+                other.command
             ),
             None => bail!(
                 "{id} is not driven by hand in run `{name}`; to drive it, start a run with --by-hand {}",

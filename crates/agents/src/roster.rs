@@ -133,6 +133,8 @@ pub(crate) struct Roster {
     pub(crate) waiting_told: Option<Instant>,
     processes: ProcessesSpec,
     pub(crate) members: Vec<Member>,
+    /// What thinks for the robots.
+    controllers: Vec<Controller>,
     /// Robots driven by hand, as the run's folder tells.
     by_hand: Vec<ByHand>,
     /// When somebody was last called to start them.
@@ -158,7 +160,7 @@ impl Roster {
         let members = (0..robots)
             .map(|index| Member::hosted(&session, plane, payload_bytes_max, RobotId::first(index)))
             .collect::<Result<Vec<_>, _>>()?;
-        let by_hand: Vec<ByHand> = driven_by_hand(&members, &host).collect();
+        let by_hand: Vec<ByHand> = driven_by_hand(&members, &host, &scenario.controllers).collect();
         run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
@@ -176,6 +178,7 @@ impl Roster {
             waiting_told: None,
             processes: scenario.processes.clone(),
             members,
+            controllers: scenario.controllers.clone(),
             by_hand,
             called: None,
             looked: Instant::now(),
@@ -195,11 +198,24 @@ impl Roster {
         self.host.link.tell(&Event::Ready);
         let everyone: Vec<usize> = (0..self.members.len()).collect();
         self.await_joining(&everyone, BOOT_TICK, stop, answers, waiting)?;
+        self.require_every_controller()?;
         if let Some(recorder) = &mut self.recorder {
             let processes: Vec<_> = self.members.iter().map(|member| member.process).collect();
             recorder.begin(&processes);
         }
         Ok(())
+    }
+
+    /// Fails if no robot of some controller has joined: the scenario's swarm is another one.
+    fn require_every_controller(&self) -> Result<(), SquadError> {
+        let is_out = |robot: u32| self.members[robot as usize].state == AgentState::Out;
+        match self.controllers.iter().find(|controller| controller.robots.iter().all(is_out)) {
+            None => Ok(()),
+            Some(Controller { robots, .. }) => {
+                let program = program_of(&self.controllers, RobotId::first(robots.highest()));
+                Err(SquadError(format!("of robots {robots} none has joined: their program is {program}")))
+            }
+        }
     }
 
     /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
@@ -305,7 +321,9 @@ impl Roster {
             } else if let Some(patience) = self.join_timeout(index)
                 && since.elapsed() > patience
             {
-                let what = format!("{} has not joined within {patience:?}", self.members[index].id);
+                let id = self.members[index].id;
+                let program = program_of(&self.controllers, id);
+                let what = format!("{id} has not joined within {patience:?}; its program is {program}");
                 self.apply_hang_policy(index, tick, what)?;
             }
         }
@@ -323,7 +341,8 @@ impl Roster {
         let Some(member) = self.members.get(index).filter(|member| member.id == *id) else { return Ok(()) };
         let what = match member.state {
             AgentState::Expected { .. } | AgentState::Paused { joined: false } => {
-                format!("the agent of {id} ended before it joined ({how})")
+                let program = program_of(&self.controllers, *id);
+                format!("the agent of {id}, {program}, ended before it joined ({how})")
             }
             // Another process may have wanted to drive this robot, and been refused.
             AgentState::Present | AgentState::Paused { joined: true }
@@ -524,7 +543,10 @@ impl Roster {
             OnHang::Fail => return Err(SquadError(what)),
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
-                format!("its next life is started by hand: {}", self.host.run.name().agent_command(next))
+                format!(
+                    "its next life is started by hand: {}",
+                    self.host.agent_command(&self.controllers, next)
+                )
             }
             OnHang::Restart => "it is restarted".into(),
         };
@@ -604,10 +626,14 @@ impl Roster {
         if self.by_hand.is_empty() {
             return;
         }
-        let Self { members, host, by_hand, called, .. } = &mut *self;
-        if !driven_by_hand(members, host).eq(by_hand.iter().copied()) {
+        let Self { members, host, controllers, by_hand, called, .. } = &mut *self;
+        let is_as_known = |robot: &ByHand| {
+            let member = &members[robot.id.index as usize];
+            (member.id, member.is_expected()) == (robot.id, robot.is_awaited)
+        };
+        if !by_hand.iter().all(is_as_known) {
             let known = mem::take(by_hand);
-            by_hand.extend(driven_by_hand(members, host));
+            by_hand.extend(driven_by_hand(members, host, controllers));
             // Who is fewer than before need not be called again.
             if by_hand.iter().any(|robot| robot.is_awaited && !known.contains(robot)) {
                 *called = None;
@@ -620,14 +646,13 @@ impl Roster {
             return;
         }
         *called = Some(Moment::now());
-        let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited).map(|robot| robot.id);
-        let Some(set) = RobotSet::of(awaited.clone().map(|id| id.index)) else { return };
-        let Some(first) = awaited.clone().next() else { return };
+        let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited);
+        let Some(set) = RobotSet::of(awaited.clone().map(|robot| robot.id.index)) else { return };
+        let Some(ByHand { id: first, command, .. }) = awaited.clone().next() else { return };
         let (run, count) = (self.host.run.name(), awaited.count());
         let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
         let within = self.join_timeout(first.index as usize);
         let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
-        let command = run.agent_command(first);
         // A warning, because without a hand the run stands, with --quiet too.
         tracing::warn!("run `{run}` waits for {robots} {set} to be started by hand{within}{each}: {command}");
     }
@@ -638,12 +663,31 @@ impl HostConfig {
     fn is_by_hand(&self, index: u32) -> bool {
         !self.link.is_supervised() || self.by_hand.as_ref().is_some_and(|robots| robots.contains(index))
     }
+
+    /// The command that starts this life of a robot by hand.
+    fn agent_command(&self, controllers: &[Controller], id: RobotId) -> String {
+        self.run.name().agent_command(&program_of(controllers, id), id)
+    }
+}
+
+/// The program that thinks for a robot, with its first arguments.
+fn program_of(controllers: &[Controller], id: RobotId) -> String {
+    let mut theirs = controllers.iter().filter(|controller| controller.robots.contains(id.index));
+    theirs.find_map(Controller::program).map_or("robot-agent".into(), |program| program.command.join(" "))
 }
 
 /// The robots that are driven by hand, and whether they wait to be.
-fn driven_by_hand<'a>(members: &'a [Member], host: &'a HostConfig) -> impl Iterator<Item = ByHand> + 'a {
+fn driven_by_hand<'a>(
+    members: &'a [Member],
+    host: &'a HostConfig,
+    controllers: &'a [Controller],
+) -> impl Iterator<Item = ByHand> + 'a {
     let theirs = members.iter().filter(|member| host.is_by_hand(member.id.index));
-    theirs.map(|member| ByHand { id: member.id, is_awaited: member.is_expected() })
+    theirs.map(|member| ByHand {
+        id: member.id,
+        is_awaited: member.is_expected(),
+        command: host.agent_command(controllers, member.id),
+    })
 }
 
 /// Names of the notes of a life that has just told them; without any, its notes are not shown.

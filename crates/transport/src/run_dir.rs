@@ -75,14 +75,14 @@ impl std::str::FromStr for RunName {
 }
 
 impl RunName {
-    /// The command that starts an agent for this life of a robot by hand.
-    pub fn agent_command(&self, id: RobotId) -> String {
+    /// The command that starts `program`, with its first arguments, as the agent of this life of a robot by hand.
+    pub fn agent_command(&self, program: &str, id: RobotId) -> String {
         let RobotId { index, incarnation } = id;
         let life = match incarnation {
             0 => String::new(),
             _ => format!(" --incarnation {incarnation}"),
         };
-        format!("robot-agent --run {self} --robot {index}{life}")
+        format!("{program} --run {self} --robot {index}{life}")
     }
 }
 
@@ -144,12 +144,14 @@ pub struct RunDir {
 }
 
 /// A robot that is driven by hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ByHand {
     /// Its present life.
     pub id: RobotId,
     /// Whether that waits to be started.
     pub is_awaited: bool,
+    /// The command that starts it.
+    pub command: String,
 }
 
 /// Holds a lock of a run until it is dropped or its process ends.

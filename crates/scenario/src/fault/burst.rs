@@ -41,10 +41,9 @@ impl Parameters for Burst {
     }
 
     fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
-        let recovers = short(draw.between(0.05, 1.0)).min(1.0);
         Self {
             p: draw.probability(),
-            r: Probability::new(recovers).expect("it is from 0 to 1"),
+            r: Probability::new(short(draw.between(0.05, 1.0)).min(1.0)).expect("it is from 0 to 1"),
             loss_bad: if draw.chance(0.5) { draw.probability() } else { always() },
             loss_good: if draw.chance(0.5) { draw.probability() } else { never() },
         }

@@ -13,13 +13,16 @@ use crate::robot_set::{Link, RobotSet};
 const LISTED_MAX: u64 = 8;
 
 /// Draws one fault of one of these kinds for a scenario. `unit` draws evenly from 0 to 1; robot `spared` is never
-/// killed.
+/// killed. The order of the draws is fixed, here and in every kind, so that a seed keeps its plan.
 pub fn drawn(scenario: &Scenario, kinds: &[FaultKind], spared: u32, unit: &mut dyn FnMut() -> f64) -> Fault {
     let mut draw = Drawer { scenario, spared, unit };
     let kind = *draw.one_of(kinds);
     let window = draw.window(kind.nature().at_once);
+    // Of a kill, the share that is restarted is drawn with the time of it.
+    let early = kind.nature().at_once.then(|| kind.drawn(&mut draw, &window));
     let target = draw.target(kind.nature().strikes);
-    Fault { window, target, kind: kind.drawn(&mut draw, &window), origin: Origin::default() }
+    let kind = early.unwrap_or_else(|| kind.drawn(&mut draw, &window));
+    Fault { window, target, kind, origin: Origin::default() }
 }
 
 /// Draws parts of a fault.
@@ -52,8 +55,9 @@ impl Drawer<'_> {
             }
             Strikes::Packets => {
                 let choice = self.choice();
-                let directions = [Direction::Both, Direction::Both, Direction::Out, Direction::In];
-                Target::Packets(choice, *self.one_of(&directions))
+                let directions = [Direction::Both, Direction::Out, Direction::In];
+                let direction = if self.chance(0.6) { *self.one_of(&directions) } else { Direction::Both };
+                Target::Packets(choice, direction)
             }
         }
     }
@@ -95,9 +99,9 @@ impl Drawer<'_> {
         left.or_else(|| RobotSet::of([(spared + 1) % count]))
     }
 
-    /// Groups of robots of which none is in two; `None` where there are too few robots.
+    /// Groups of robots of which none is in two; `None` in some cases, and always where there are too few robots.
     pub(super) fn groups(&mut self) -> Option<Vec<RobotSet>> {
-        if self.scenario.robot_count() < 2 {
+        if self.scenario.robot_count() < 2 || self.chance(0.4) {
             return None;
         }
         let struck = 2 + self.below(self.most().max(2) - 1);

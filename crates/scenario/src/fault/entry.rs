@@ -26,7 +26,7 @@ pub(crate) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Res
 /// One fault, where it stands, and what kinds ask of it.
 pub(super) struct Entry<'a> {
     index: usize,
-    fault: &'a Fault,
+    pub(super) fault: &'a Fault,
     pub(super) scenario: &'a Scenario,
     is_given: &'a dyn Fn(&str) -> bool,
 }

@@ -12,7 +12,7 @@ use crate::problem::{Problem, ensure};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Liar {
-    /// The light reading that packets falsely carry, counts.
+    /// The light reading that packets falsely carry, counts; for robots that a law of the paper moves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light_counts: Option<Finite>,
     /// Bytes that packets falsely carry in their payloads, such as "00c07f45", from `payload_offset` on.
@@ -35,6 +35,7 @@ impl Parameters for Liar {
         let is_there = self.light_counts.is_some() || self.identity.is_some() || self.payload_hex.is_some();
         entry.one_of(&["light_counts", "identity", "payload_hex"], is_there)?;
         self.check_payload(entry)?;
+        self.check_reading(entry)?;
         entry.counts("light_counts", self.light_counts.map(Finite::get))?;
         self.identity.map_or(Ok(()), |robot| entry.knows("identity", robot))
     }
@@ -55,6 +56,19 @@ impl Parameters for Liar {
 }
 
 impl Liar {
+    /// Checks that no program thinks for its robots: only the paper's robots send readings of this form.
+    fn check_reading(&self, entry: &Entry<'_>) -> Result<(), Problem> {
+        let named = entry.fault.target.choice().and_then(|choice| choice.robots.as_ref());
+        let is_struck = |robot: &u32| named.is_none_or(|robots| robots.contains(*robot));
+        let struck = entry.scenario.controllers.iter().find_map(|controller| {
+            Some((controller.robots.iter().find(is_struck)?, &controller.program()?.command[0]))
+        });
+        let Some((robot, program)) = struck.filter(|_| self.light_counts.is_some()) else { return Ok(()) };
+        let message = format!("`light_counts` has no meaning for robot {robot}: its payload is up to {program}");
+        let hint = "name `robots` that a `law` moves, or give false bytes by `payload_hex`";
+        Err(entry.problem(&["light_counts"], message).hint(hint))
+    }
+
     fn check_payload(&self, entry: &Entry<'_>) -> Result<(), Problem> {
         let Some(hex) = &self.payload_hex else {
             return ensure(!entry.gives("payload_offset"), || {

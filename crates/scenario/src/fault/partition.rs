@@ -97,8 +97,8 @@ impl Parameters for Partition {
     }
 
     fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
-        let groups = if draw.chance(0.6) { draw.groups() } else { None };
-        let parts = groups.map_or_else(|| Parts::Disc(draw.disc()), Parts::Groups);
-        Self { parts, one_way: draw.chance(0.4) }
+        let one_way = draw.chance(0.5) && draw.chance(0.8);
+        let parts = draw.groups().map_or_else(|| Parts::Disc(draw.disc()), Parts::Groups);
+        Self { parts, one_way }
     }
 }

@@ -37,10 +37,9 @@ impl Parameters for Sensor {
 
     fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
         let (given, counts) = (1 + draw.below(7), draw.counts_max());
-        let noise = short(draw.between(0.01, 1.0) * counts);
         Self {
             bias_counts: (given & 1 > 0).then(|| draw.finite(counts)).flatten(),
-            noise_counts: Positive::new(noise).filter(|_| given & 2 > 0),
+            noise_counts: (given & 2 > 0).then(|| Positive::new(short(draw.between(0.01, 1.0) * counts))).flatten(),
             stuck: given & 4 > 0,
         }
     }
