@@ -56,7 +56,11 @@ fn a_join_timeout_that_the_scenario_sets_holds_for_robots_driven_by_hand() {
     let fail = [&limit[..], &["--set", "processes.on_hang=fail"]].concat();
     let (output, _) = LiveRun::start("swarmbots", &fail).finish();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    assert!(said(&output).contains("error: robot 2 has not joined within 200ms; its program is robot-agent\n"), "{}", said(&output));
+    assert!(
+        said(&output).contains("error: robot 2 has not joined within 200ms; its program is robot-agent\n"),
+        "{}",
+        said(&output)
+    );
 }
 
 #[test]
