@@ -5,7 +5,7 @@ use std::mem;
 use anyhow::Context;
 use protocol::{
     codec,
-    command::{Command, Transmitter},
+    command::{Answer, Transmitter},
     controller::Controller,
     notes::Notes,
     params::Params,
@@ -74,20 +74,20 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
 
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        let command = self.controller.boot();
+        let answer = self.transmitter.answer(self.controller.boot());
         self.notes = Notes::of(&*self.controller)?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }
-        Ok(self.send(BOOT_TICK, command, RawTimes::default())?)
+        Ok(self.send(BOOT_TICK, &answer, RawTimes::default())?)
     }
 
-    /// Sends `command` as the answer to `tick`, with the robot's next packet.
-    fn send(&mut self, tick: Tick, command: Command, times: RawTimes) -> Result<(), ServiceError> {
-        let answer = self.transmitter.answer(command);
+    /// Sends the answer to `tick`.
+    #[inline]
+    fn send(&mut self, tick: Tick, answer: &Answer, times: RawTimes) -> Result<(), ServiceError> {
         let frame = answer.packet().encode();
         self.ports.send(
-            RawCommand::new(tick, &answer, &frame, self.pid).timed(times),
+            RawCommand::new(tick, answer, &frame, self.pid).timed(times),
             &frame,
             self.notes.values(),
         )
@@ -108,9 +108,9 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
             return Ok(true);
         }
         self.stopwatch.received();
-        let command = self.controller.step(&self.percept, &mut self.stopwatch);
+        let answer = self.transmitter.answer(self.controller.step(&self.percept, &mut self.stopwatch));
         self.notes.update(&*self.controller);
-        self.send(self.percept.tick, command, self.stopwatch.times())?;
+        self.send(self.percept.tick, &answer, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)

@@ -7,5 +7,8 @@ use std::process::ExitCode;
 use coverage::CoverageController;
 
 fn main() -> ExitCode {
-    robot_agent::main(|robot, params| params.decode().map(|setup| CoverageController::new(robot, setup)))
+    // Boxed, it is made where it stays: moved, it would touch all the memory that it has room for.
+    robot_agent::main(|robot, params| {
+        params.decode().map(|setup| Box::new(CoverageController::new(robot, setup)))
+    })
 }
