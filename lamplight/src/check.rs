@@ -1,29 +1,29 @@
 //! `lamplight check`: is this scenario sound?
 
-use std::{path::PathBuf, process::ExitCode};
+use std::process::ExitCode;
 
 use arena::{Arena, plan_warnings::warnings};
 use clap::Args;
 use logging::Format;
-use scenario::Scenario;
+use options::ScenarioOptions;
 
 use crate::{failure::Failure, log, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
-    /// Scenario file (TOML)
-    scenario: PathBuf,
+    #[command(flatten)]
+    options: ScenarioOptions,
 }
 
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let mut scenario = Scenario::load(&args.scenario, &[]).map_err(Failure::usage)?;
+    let mut scenario = args.options.load().map_err(Failure::usage)?;
     scenario.find_programs().map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
     log::begin(false, Format::Text);
     log::warn_of(&warnings(&scenario, arena.poses()));
     say(&format!(
         "{}: sound: {} robots, {} ticks of {} s, {} faults\n",
-        args.scenario.display(),
+        args.options.file.display(),
         scenario.robot_count(),
         scenario.ticks(),
         scenario.step_s.get(),

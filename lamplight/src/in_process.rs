@@ -38,8 +38,8 @@ pub(crate) fn trial(scenario: &Scenario, stop: &StopFlag) -> anyhow::Result<Reco
 }
 
 /// Way out for scenarios in which programs think for robots.
-pub(crate) const INSTEAD: &str = "use `lamplight run --engine processes`, or link the crate `engine` and hand it a constructor of \
-     your controller";
+pub(crate) const INSTEAD: &str = "this plays robots in one process, without programs; `lamplight run --engine processes` plays them, and \
+     so does the crate `engine` with a constructor of your controller";
 
 /// The paper's controller for every robot of `scenario`, in which no programs are.
 pub(crate) fn squad(scenario: &Scenario) -> impl Squad {

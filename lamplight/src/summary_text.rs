@@ -33,7 +33,7 @@ fn write_lines(text: &mut String, summary: &Summary) -> fmt::Result {
     writeln!(text)?;
     write!(text, "mean error {}", known(end.mean_error_m, |error_m| format!("{error_m:.3e} m")))?;
     if end.robots_without_error != 0 {
-        write!(text, " (robots without a cell, or without mass in it: {})", end.robots_without_error)?;
+        write!(text, " (robots that estimate none: {})", end.robots_without_error)?;
     }
     write!(text, ", cost H {}", known(end.cost_h, |cost| format!("{cost:.6e}")))?;
     if let Some(distance_m) = end.mean_lamp_distance_m {

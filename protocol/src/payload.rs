@@ -47,6 +47,13 @@ impl Payload {
     pub const EMPTY: Self = Self { len: 0, bytes: [0; PAYLOAD_BYTES_MAX] };
 }
 
+/// No bytes.
+impl Default for Payload {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
 impl<const N: usize> From<[u8; N]> for Payload {
     #[inline]
     fn from(payload: [u8; N]) -> Self {

@@ -170,7 +170,7 @@ fn a_lone_deaf_survivor_has_no_error_and_has_not_recovered() {
     assert_eq!(case.column("metrics.csv", "robots_without_error").last(), Some(&Some(1.0)));
     assert!(left.summary["faults"][0]["recovered"]["mean_error_ticks"].is_null());
     assert!(left.told().contains("mean error not recovered"), "{}", left.told());
-    assert!(left.told().contains("mean error none (robots without a cell, or without mass in it: 1)"));
+    assert!(left.told().contains("mean error none (robots that estimate none: 1)"));
     let errors = column_of(&case.out().join("robots.csv"), "error_m");
     assert!(errors.iter().all(Option::is_none), "{errors:?}");
 }

@@ -309,6 +309,7 @@ mod tests {
     fn a_command_that_says_more_than_is_allowed_is_refused_and_counted() {
         let mut squad = InProcess::new(0..1, 3, |_| Ok(Talkative(0))).unwrap();
         let mut answers = vec![None];
+        squad.join_all(&mut answers, &StopFlag::default(), &mut |_| ()).unwrap();
         for tick in 0..5 {
             squad.send(&[Percept::empty(tick)]).unwrap();
             squad.collect(&mut answers, &mut |_| ()).unwrap();

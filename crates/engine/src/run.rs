@@ -24,7 +24,9 @@ pub enum RunError {
     #[error(transparent)]
     Placement(#[from] PlacementError),
     /// There are more or fewer constructors than controllers in the scenario.
-    #[error("the scenario has {wanted} controllers, and there are constructors for {given}")]
+    #[error(
+        "the scenario has {wanted} controllers, and there are {given} constructors; give one for each [[controller]]"
+    )]
     Controllers {
         /// Entries of the scenario.
         wanted: usize,

@@ -320,7 +320,10 @@ fn child_or_table<'n, 'a>(
         DeValue::Array(entries) => {
             let length = entries.len();
             let entry = key.parse::<usize>().ok().and_then(|index| entries.get_mut(index));
-            entry.ok_or_else(|| problem(&[], format!("there is no entry `{key}` in an array of {length}")))
+            entry.ok_or_else(|| {
+                problem(&[], format!("there is no entry `{key}` in an array of {length}"))
+                    .hint("name an entry by its number from 0 on, or all of them by *")
+            })
         }
         scalar => Err(problem(&[], format!("there is no `{key}` in a value of type {}", scalar.type_str()))),
     }

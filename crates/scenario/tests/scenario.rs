@@ -507,7 +507,9 @@ mod overriding {
         );
         check_override(
             &["arena.size_m.2=1"],
-            expect!["--set arena.size_m.2=1: there is no entry `2` in an array of 2"],
+            expect![[r#"
+                --set arena.size_m.2=1: there is no entry `2` in an array of 2
+                hint: name an entry by its number from 0 on, or all of them by *"#]],
         );
         check_override(
             &["robots.radius_m="],
@@ -543,7 +545,9 @@ mod overriding {
         );
         check_override(
             &["fault=[{ kind = \"pause\" }]", "fault.1.kind=\"kill\""],
-            expect![[r#"--set fault.1.kind="kill": there is no entry `1` in an array of 1"#]],
+            expect![[r#"
+                --set fault.1.kind="kill": there is no entry `1` in an array of 1
+                hint: name an entry by its number from 0 on, or all of them by *"#]],
         );
         check_override(
             &["foult.0.kind=\"kill\""],

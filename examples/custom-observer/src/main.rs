@@ -1,6 +1,6 @@
 //! An observer of one's own: how far each robot drives. See README.md beside it.
 
-use std::{env, error::Error, path::Path};
+use std::{env, error::Error, path::Path, process::ExitCode};
 
 use arena::frame::Pose;
 use coverage::CoverageController;
@@ -34,7 +34,17 @@ impl Observer for Distances {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match play() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn play() -> Result<(), Box<dyn Error>> {
     let file = env::args_os().nth(1).ok_or("usage: custom-observer SCENARIO")?;
     let scenario = Scenario::load(Path::new(&file), &[])?;
     let paper = engine::controller(|robot, params| {
