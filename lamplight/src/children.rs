@@ -12,7 +12,7 @@ use std::{
 
 use processes::{Process, State, signals};
 use protocol::robot_id::RobotId;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 /// How long the head gets to stop itself; then it is stopped.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(3);
@@ -59,7 +59,7 @@ impl Group {
     /// Signals the process of one life, if it is our child. Nobody else's word counts for which process that is.
     pub(crate) fn tell_agent(&self, id: RobotId, signal: Signal) {
         let theirs = self.agents.iter().filter(|(_, agent)| **agent == id);
-        theirs.for_each(|(pid, _)| tell(*pid, signal));
+        theirs.for_each(|(pid, _)| tell_group(*pid, signal));
     }
 
     /// Stops first whoever waits for others, and lets go on first whoever is waited for. Who has been stopped by
@@ -69,9 +69,10 @@ impl Group {
         head.into_iter().for_each(stop_head);
         let goes_on = |&(&pid, id): &(&Pid, &RobotId)| !self.paused.contains(id) && is_at_work(pid);
         let agents: Vec<Pid> = self.agents.iter().filter(goes_on).map(|(pid, _)| *pid).collect();
-        agents.iter().for_each(|pid| tell(*pid, Signal::STOP));
+        agents.iter().for_each(|pid| tell_group(*pid, Signal::STOP));
         stop_this_process();
-        agents.iter().chain(&head).for_each(|pid| tell(*pid, Signal::CONT));
+        agents.iter().for_each(|pid| tell_group(*pid, Signal::CONT));
+        head.into_iter().for_each(|pid| tell(pid, Signal::CONT));
     }
 }
 
@@ -95,6 +96,12 @@ fn is_at_work(pid: Pid) -> bool {
 /// Starts `command` in a process group of its own, so that Ctrl-C and Ctrl-Z reach it through this process alone.
 pub(crate) fn start(command: &mut Command) -> io::Result<Child> {
     signals::unstoppable(|| command.process_group(0).spawn())
+}
+
+/// Sends a signal to an agent and all that it has started: a program may be a script around another. Each agent leads a
+/// process group of its own, whose number is nobody else's as long as somebody is in it.
+pub(crate) fn tell_group(pid: Pid, signal: Signal) {
+    let _ = kill_process_group(pid, signal);
 }
 
 /// Sends a signal to a child that has not been reaped, so its number is still its own.

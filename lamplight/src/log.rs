@@ -6,11 +6,16 @@
 //! own standard error is stuck), lines are lost and counted, and robots go on.
 
 use std::{
+    convert::Infallible,
     io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read},
     path::{Path, PathBuf},
     process::Stdio,
-    sync::{Mutex, MutexGuard, PoisonError},
-    thread::{self, JoinHandle},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        mpsc::{self, Receiver, Sender},
+    },
+    thread,
+    time::Duration,
 };
 
 use anstream::adapter::strip_bytes;
@@ -32,6 +37,8 @@ const KEPT_BYTES_MAX: u64 = 64 << 20;
 
 /// Room in the pipe for what a swarm says at once, bytes: as much as Linux grants everybody (pipe(7)).
 const PIPE_BYTES: usize = 1 << 20;
+/// How long the end of the pipe is waited for once all children have ended.
+const STRAGGLERS: Duration = Duration::from_secs(1);
 
 /// The log in the run's folder, if one is kept.
 static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
@@ -144,7 +151,8 @@ impl Kept {
 pub(crate) struct Gatherer {
     /// `None` once no child is to come.
     writer: Option<PipeWriter>,
-    reader: Option<JoinHandle<()>>,
+    /// Ends with the reader.
+    reader: Receiver<Infallible>,
 }
 
 impl Gatherer {
@@ -155,7 +163,12 @@ impl Gatherer {
         fcntl_setfl(&writer, OFlags::NONBLOCK).context("cannot set up the pipe for the log")?;
         // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
         let _ = fcntl_setpipe_size(&writer, PIPE_BYTES);
-        Ok(Self { writer: Some(writer), reader: Some(thread::spawn(|| gather(reader))) })
+        let (at_work, is_at_work) = mpsc::channel();
+        thread::spawn(move || {
+            let _at_work: Sender<Infallible> = at_work;
+            gather(reader);
+        });
+        Ok(Self { writer: Some(writer), reader: is_at_work })
     }
 
     /// The standard error of one more child.
@@ -166,13 +179,11 @@ impl Gatherer {
 }
 
 impl Drop for Gatherer {
-    /// Once all children have ended: until then the pipe has no end.
+    /// Once all children have ended: until then the pipe has no end. Whoever of theirs holds it all the same, out of our
+    /// reach, is not waited for.
     fn drop(&mut self) {
         self.writer = None;
-        if let Some(reader) = self.reader.take() {
-            // It does not panic; if it does, its message is out.
-            let _ = reader.join();
-        }
+        let _ = self.reader.recv_timeout(STRAGGLERS);
     }
 }
 

@@ -36,7 +36,7 @@ use transport::{
 };
 
 use crate::{
-    children::{self, Children, tell},
+    children::{self, Children, tell, tell_group},
     log::Gatherer,
     outcome::Outcome,
 };
@@ -368,6 +368,8 @@ impl<'a> Supervisor<'a> {
                 group.head = None;
                 self.arena_ended = Some(how);
             } else if let Some(id) = group.agents.remove(&pid) {
+                // What it has started and left behind would live on, with a hand on the log.
+                tell_group(pid, Signal::KILL);
                 group.paused.remove(&id);
                 self.order(Order::Lost { id, pid: pid.as_raw_pid().unsigned_abs(), how });
             }
@@ -399,7 +401,7 @@ impl<'a> Supervisor<'a> {
                 }
             };
             if impatient && deadline.take().is_some() {
-                self.children.lock().agents.keys().for_each(|pid| tell(*pid, Signal::KILL));
+                self.children.lock().agents.keys().for_each(|pid| tell_group(*pid, Signal::KILL));
             }
             self.reap();
         }

@@ -43,6 +43,9 @@ use crate::{
 /// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
 /// flood is read no further than this, and every excess command read is counted as refused.
 const READS_MAX: usize = 8;
+/// Lives of a robot in a row that may end before they join, under `on_hang = "restart"`: a program that cannot run is not
+/// started for ever.
+const STILLBORN_MAX: u32 = 5;
 /// How often the arena looks for agents that join.
 const JOIN_POLL: Duration = Duration::from_millis(5);
 /// How long the arena keeps what a life has left for the news that its process has died. Without
@@ -88,6 +91,8 @@ pub(crate) struct Member {
     pub(crate) process: Option<Process>,
     pub(crate) state: AgentState,
     pub(crate) refused: u64,
+    /// Lives in a row that have ended before they joined, or never did.
+    stillborn: u32,
     /// Its notes for those who watch, with its last command.
     notes: Notes,
 }
@@ -317,6 +322,7 @@ impl Roster {
             let AgentState::Expected { since } = self.members[index].state else { continue };
             if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
                 self.members[index].state = AgentState::Present;
+                self.members[index].stillborn = 0;
                 *answer = Some(command);
             } else if let Some(patience) = self.join_timeout(index)
                 && since.elapsed() > patience
@@ -539,8 +545,19 @@ impl Roster {
     fn apply_hang_policy(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
         let id = self.members[index].id;
         let (by_hand, next) = (self.is_by_hand(index), id.reborn());
-        let consequence = match self.processes.on_hang {
+        let member = &mut self.members[index];
+        if matches!(member.state, AgentState::Expected { .. } | AgentState::Paused { joined: false }) {
+            member.stillborn += 1;
+        }
+        let policy = match (self.processes.on_hang, member.stillborn) {
+            (OnHang::Restart, STILLBORN_MAX..) if !by_hand => OnHang::Exclude,
+            (policy, _) => policy,
+        };
+        let consequence = match policy {
             OnHang::Fail => return Err(SquadError(what)),
+            OnHang::Exclude if policy != self.processes.on_hang => {
+                format!("it is left out from here on: none of {STILLBORN_MAX} lives in a row has joined")
+            }
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
                 format!(
@@ -556,7 +573,7 @@ impl Roster {
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
         self.end(index);
-        self.members[index].state = match self.processes.on_hang {
+        self.members[index].state = match policy {
             OnHang::Restart => self.begin(index, next)?,
             OnHang::Exclude | OnHang::Fail => AgentState::Out,
         };
@@ -585,9 +602,12 @@ impl Roster {
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
     fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
-        let refused = self.members[index].refused;
-        self.members[index] =
-            Member { refused, ..Member::hosted(&self.session, self.plane, self.payload_bytes_max, id)? };
+        let Member { refused, stillborn, .. } = self.members[index];
+        self.members[index] = Member {
+            refused,
+            stillborn,
+            ..Member::hosted(&self.session, self.plane, self.payload_bytes_max, id)?
+        };
         if !self.is_by_hand(index) {
             self.host.link.tell(&Event::Start(id));
         }
@@ -745,6 +765,7 @@ impl Member {
             process: None,
             state: AgentState::expected(),
             refused: 0,
+            stillborn: 0,
             notes: Notes::default(),
         })
     }

@@ -153,6 +153,26 @@ mod reading {
     }
 
     #[test]
+    fn what_is_no_default_is_equal_after_a_round_trip() {
+        let sets = [
+            "channel.payload_bytes_max=128",
+            "channel.loss=0.25",
+            "channel.sigma_range=0.125",
+            "channel.occlusion=true",
+            "sensors.compass=true",
+            "sensors.position=true",
+            "sensors.odometry=true",
+            "sensors.odometry_error=0.5",
+            "convergence.stop=true",
+            "output.crowding=true",
+            "processes.on_hang=restart",
+        ];
+        let scenario = parse(SMALLEST, &sets).expect("a sound scenario");
+        assert_eq!(scenario.channel.payload_bytes_max.get(), 128);
+        assert_eq!(parse(&scenario.to_toml(), &[]), Ok(scenario));
+    }
+
+    #[test]
     fn every_ready_file_loads_and_is_equal_after_a_round_trip() {
         let files = ready_files();
         assert_eq!(files.len(), 13);

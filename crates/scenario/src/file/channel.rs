@@ -277,6 +277,7 @@ impl From<ChannelSpec> for ChannelKeys {
             range_step_m: Some(channel.range_step_m),
             bearing_step_deg: Some(channel.bearing_step_deg),
             orientation_step_deg: Some(channel.orientation_step_deg),
+            payload_bytes_max: channel.payload_bytes_max,
             ..Self::default()
         };
         let is_timed = matches!(channel.medium, Medium::Timed(_));
