@@ -28,7 +28,7 @@ pub mod neighbors;
 pub mod polygon;
 pub mod quadratic_field;
 pub mod quadrature;
-mod reading;
+pub mod reading;
 pub mod refinement;
 pub mod sensory_field;
 pub mod setup;

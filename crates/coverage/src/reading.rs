@@ -5,6 +5,9 @@ use protocol::{
     payload::Payload,
 };
 
+/// Length of the payload, bytes.
+pub const READING_BYTES: usize = 4;
+
 /// The payload that carries a light reading. One past f32 is sent as the largest that a packet can carry.
 #[inline]
 pub(crate) fn payload(light: f64) -> Payload {

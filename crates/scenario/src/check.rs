@@ -5,6 +5,7 @@
 
 use std::iter;
 
+use coverage::reading::READING_BYTES;
 use protocol::percept::COMPONENTS_MAX;
 
 use super::Scenario;
@@ -56,6 +57,7 @@ pub(super) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Res
         gain(path, law, scenario)?;
         cell_cap(path, law)?;
         bounded_cells(path, law, scenario)?;
+        room_for_readings(path, scenario)?;
         light(path, law, scenario)?;
     }
     light_of_lamps(scenario)?;
@@ -208,6 +210,17 @@ fn bounded_cells(path: &str, law: &LawSpec, scenario: &Scenario) -> Result<(), P
         );
         problem(&[&format!("{path}.law")], message)
             .hint("set arena.boundary_sensing = true, or controller.cell_cap_m (such as 2.0)")
+    })
+}
+
+/// The paper's robots share their light readings.
+fn room_for_readings(path: &str, scenario: &Scenario) -> Result<(), Problem> {
+    let limit = scenario.channel.payload_bytes_max.get();
+    ensure(usize::from(limit) >= READING_BYTES, || {
+        let message = format!(
+            "channel.payload_bytes_max = {limit} is less than the {READING_BYTES} bytes that robots of {path} send"
+        );
+        problem(&["channel.payload_bytes_max"], message)
     })
 }
 

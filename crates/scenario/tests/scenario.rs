@@ -153,6 +153,16 @@ mod reading {
     }
 
     #[test]
+    fn laws_have_room_for_their_readings() {
+        let error = parse(SMALLEST, &["channel.payload_bytes_max=3"]).expect_err("too few").to_string();
+        assert!(
+            error.contains("channel.payload_bytes_max = 3 is less than the 4 bytes that robots of"),
+            "{error}"
+        );
+        assert!(parse(SMALLEST, &["channel.payload_bytes_max=4"]).is_ok());
+    }
+
+    #[test]
     fn what_is_no_default_is_equal_after_a_round_trip() {
         let sets = [
             "channel.payload_bytes_max=128",
