@@ -290,3 +290,84 @@ impl<'a, 'o> Observers<'a, 'o> {
         mem::take(&mut self.failures)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use protocol::{
+        command::Command,
+        controller::{Controller, StageObserver},
+    };
+
+    use super::*;
+    use crate::{controller, run, summary::Ending};
+
+    struct Beacon;
+
+    impl Controller for Beacon {
+        fn boot(&mut self) -> Command {
+            Command::REST
+        }
+
+        fn step(&mut self, _: &Percept, _: &mut dyn StageObserver) -> Command {
+            Command::REST
+        }
+    }
+
+    /// Ends itself, or the run, at tick 3 by what it is given.
+    struct Counting {
+        ticks: u64,
+        finished: bool,
+        at_3: Option<ObserverError>,
+    }
+
+    impl Counting {
+        fn new(at_3: Option<ObserverError>) -> Self {
+            Self { ticks: 0, finished: false, at_3 }
+        }
+    }
+
+    impl Observer for Counting {
+        fn ticked(&mut self, tick: &TickView<'_>) -> Result<(), ObserverError> {
+            self.ticks += 1;
+            self.at_3.clone().filter(|_| tick.tick() == 3).map_or(Ok(()), Err)
+        }
+
+        fn finished(&mut self, _: &TickView<'_>, _: &Summary) -> Result<(), ObserverError> {
+            self.finished = true;
+            Ok(())
+        }
+    }
+
+    fn watched(observers: &mut [&mut dyn Observer]) -> Summary {
+        let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\nchannel.range_m = 1\n\
+                    [controller]\nprogram = [\"beacon\"]";
+        let scenario = Scenario::parse("test", text, &[]).unwrap();
+        run(&scenario, &[&controller(|_, _| Ok::<_, Infallible>(Beacon))], observers).unwrap()
+    }
+
+    #[test]
+    fn an_observer_that_fails_ends_alone_and_the_summary_says_so() {
+        let broken = ObserverError::Broken("no room".into());
+        let (mut failing, mut other) = (Counting::new(Some(broken)), Counting::new(None));
+        let summary = watched(&mut [&mut failing, &mut other]);
+        assert_eq!((failing.ticks, failing.finished, other.ticks, other.finished), (4, false, 11, true));
+        assert_eq!(
+            (summary.ended, summary.unwritten.clone()),
+            (Ending::Finished, vec!["no room".to_owned()])
+        );
+        assert_eq!(summary.trouble().as_deref(), Some("no room"));
+        assert_eq!(summary.digest, watched(&mut []).digest, "whoever watches");
+    }
+
+    #[test]
+    fn an_observer_that_objects_ends_the_run() {
+        let objection = ObserverError::Objection("a robot is outside".into());
+        let (mut judge, mut other) = (Counting::new(Some(objection)), Counting::new(None));
+        let summary = watched(&mut [&mut judge, &mut other]);
+        assert_eq!((summary.ended, summary.ticks), (Ending::Failed, 3));
+        assert_eq!(summary.failure.as_deref(), Some("a robot is outside"));
+        assert_eq!((judge.ticks, other.ticks, judge.finished), (4, 4, true));
+    }
+}

@@ -7,6 +7,19 @@
 //! tree becomes the tables of [`file`], whose keys may be left out, each table is resolved to what its keys and their
 //! defaults mean, and `check` asks what no single table can answer. Defaults are written in [`file`] and nowhere else.
 //! Reading the file in `load` is the only I/O of this crate.
+//!
+//! ```
+//! use scenario::Scenario;
+//!
+//! let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\nchannel.range_m = 1\n\
+//!             controller.gain_per_s = 1";
+//! let scenario = Scenario::parse("three.toml", text, &["robots.count=4".parse()?])?;
+//! assert_eq!((scenario.robot_count(), scenario.ticks()), (4, 10));
+//!
+//! let error = Scenario::parse("three.toml", &text.replace("gain", "gian"), &[]).unwrap_err();
+//! assert!(error.to_string().starts_with("three.toml:6: "), "{error}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[macro_use]
 mod number;
