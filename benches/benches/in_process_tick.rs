@@ -44,7 +44,7 @@ fn swarm_of(robots: u32) -> Box<Swarm> {
     let count = format!("robots.count={robots}").parse().expect("an override");
     let scenario = Scenario::load(&folder.join("../scenarios/one-gaussian.toml"), &[count])
         .unwrap_or_else(|error| panic!("{error}"));
-    let setup = scenario.coverage_setup(0).unwrap();
+    let setup = scenario.coverage_setup(0).expect("robots have a law");
     let mut controllers: Vec<_> = (0..robots)
         .map(RobotId::first)
         .map(|id| Hosted::new(id, CoverageController::new(id, setup)))

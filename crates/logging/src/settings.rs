@@ -23,6 +23,6 @@ pub struct Settings {
     pub color: bool,
     /// Where lines go.
     pub sink: Sink,
-    /// Warns of what in `RUST_LOG` and [`FORMAT_VARIABLE`] is not understood. One process of a run does.
+    /// Warns of what in `RUST_LOG` and [`FORMAT_VARIABLE`](crate::FORMAT_VARIABLE) is not understood. One process of a run does.
     pub complains: bool,
 }

@@ -4,8 +4,8 @@
 //! Out: a [`Scenario`] that every later stage can trust, or one clear line that says where and what is wrong.
 //!
 //! A file becomes a `document` (a TOML tree that knows where each value was written), overrides change the tree, the
-//! tree becomes the tables of [`file`], whose keys may be left out, each table is resolved to what its keys and their
-//! defaults mean, and `check` asks what no single table can answer. Defaults are written in [`file`] and nowhere else.
+//! tree becomes the tables of [`mod@file`], whose keys may be left out, each table is resolved to what its keys and their
+//! defaults mean, and `check` asks what no single table can answer. Defaults are written in [`mod@file`] and nowhere else.
 //! Reading the file in `load` is the only I/O of this crate.
 //!
 //! ```

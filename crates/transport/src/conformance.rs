@@ -267,8 +267,8 @@ fn percept(tick: Tick, limit: usize, [deliveries, walls, field]: [usize; 3]) -> 
     percept.light.value = tick as f64;
     percept.bump = now % 2 == 1;
     let odometry = Odometry { position: BodyVector::new(tick as f64, 0.25), heading: bearing };
-    percept.odometry = (now % 2 == 0).then_some(odometry);
-    percept.compass = (now % 3 == 0).then_some(Compass { heading: bearing });
+    percept.odometry = now.is_multiple_of(2).then_some(odometry);
+    percept.compass = now.is_multiple_of(3).then_some(Compass { heading: bearing });
     percept.position = (now % 3 == 1).then(|| Position { x: length(now), y: length(1) });
     for at in 0..deliveries {
         let payload = payload(at + now, limit);

@@ -3,7 +3,7 @@
 //! A percept is an iceoryx2 slice of [`RawDelivery`] with a [`RawPercept`] as its user header, or on a blackboard its
 //! parts in several values; a command is one [`RawCommand`]. A frame that is longer than a [`RawFrame`] goes beside it,
 //! whole, as a [`RawLongFrame`]: only scenarios that allow such payloads have room for these. Any process of the same user can write here, so nothing is
-//! believed: [`RawCommand::check`] and [`RawPercept::read`] turn bytes into checked types, or say
+//! believed: [`RawCommand::check`] and [`RawHead::read`] turn bytes into checked types, or say
 //! why not. Both directions keep every bit of every number, so that processes and the in-process
 //! engine compute the same.
 

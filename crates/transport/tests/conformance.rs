@@ -1,5 +1,7 @@
 //! The conformance suite on a plane that is not this crate's: queues in the memory of one process.
 
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
 use std::{
     collections::{BTreeMap, VecDeque},
     sync::{Arc, Mutex},
