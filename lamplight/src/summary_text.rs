@@ -71,7 +71,7 @@ fn write_open_cells(text: &mut String, robots: u32) -> fmt::Result {
     }
 }
 
-/// What became of packets.
+/// Writes what became of packets.
 fn write_packets(text: &mut String, packets: &Packets) -> fmt::Result {
     write!(text, "packets: {} sent, {} heard", packets.sent, packets.heard)?;
     let unheard = [

@@ -138,7 +138,7 @@ pub(crate) struct Roster {
     pub(crate) waiting_told: Option<Instant>,
     processes: ProcessesSpec,
     pub(crate) members: Vec<Member>,
-    /// What thinks for the robots.
+    /// Minds of the robots.
     controllers: Vec<Controller>,
     /// Robots driven by hand, as the run's folder tells.
     by_hand: Vec<ByHand>,

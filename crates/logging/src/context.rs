@@ -1,4 +1,4 @@
-//! What lines are about: the run of this process, and the tick of this thread.
+//! Context of lines: the run of this process, and the tick of this thread.
 
 use std::{cell::Cell, fmt::Display, sync::OnceLock};
 

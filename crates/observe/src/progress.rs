@@ -34,7 +34,7 @@ pub struct Report {
 pub enum Audience {
     /// Standard error, for a person.
     StandardError,
-    /// Somebody who shows them: the supervisor, which has the terminal.
+    /// Another display: that of the supervisor, which has the terminal.
     Elsewhere(Box<dyn FnMut(Report)>),
 }
 

@@ -10,7 +10,7 @@ use transport::run_dir::RunDir;
 
 use crate::PlayOptions;
 
-/// What a supervised arena has to play.
+/// Runs or trials that a supervised arena has to play.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Assignment {

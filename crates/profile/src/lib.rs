@@ -1,6 +1,6 @@
 //! Measurements of agents as plain data: their cycles, stage by stage, histograms, and totals.
 //!
-//! Who measures makes them, and who watches shows them: neither knows the other. Nothing of it reaches arena or
+//! They pass from whoever measures to whoever shows them: neither knows the other. Nothing of it reaches arena or
 //! agents: a run goes the same way whether it is measured or not.
 
 #![forbid(unsafe_code)]

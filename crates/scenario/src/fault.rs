@@ -82,7 +82,7 @@ pub enum Strikes {
     Robots,
     /// Robots that must be chosen: never all of them for want of a key.
     ChosenRobots,
-    /// Those that its own keys name.
+    /// Robots or packets that its own keys name.
     ByItsKeys,
 }
 

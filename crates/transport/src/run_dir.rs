@@ -330,7 +330,7 @@ impl RunDir {
         self.path().join("scenario.toml")
     }
 
-    /// What else the supervisor tells its arena.
+    /// Path of what else the supervisor tells its arena.
     pub fn assignment_path(&self) -> PathBuf {
         self.path().join("assignment.json")
     }

@@ -1,4 +1,4 @@
-//! What shall be measured of the agents, and where it goes.
+//! Destinations of what is measured of the agents.
 
 use profile::{ProfileSlot, WatchedCycles};
 use scenario::RobotSet;
