@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Where to go and what to say next: what a controller decides.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Command {
     /// The estimated error ê = Ĉ − p (m, body frame): how far the robot believes to be from its goal.
     /// `None` if it has no goal: it has sensed nothing yet, or has no cell, or none with mass. That is no error of
@@ -29,7 +29,7 @@ impl Command {
 /// A command with the header of its packet, as it reaches the arena.
 ///
 /// A controller does not write headers: its host names the robot and numbers its packets ([`Transmitter`]).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// The robot that gives the command and sends the packet.
     pub sender: RobotId,

@@ -1,5 +1,6 @@
 //! The payload of a packet: bytes of the controller's own, which nobody on the way reads.
 
+use alloc::boxed::Box;
 use core::{
     fmt,
     ops::{Deref, DerefMut},
@@ -14,6 +15,8 @@ pub const SHORT_PAYLOAD_BYTES: usize = 9;
 
 /// Bytes that a robot says to its neighbors, up to [`PAYLOAD_BYTES_MAX`] bytes; it dereferences to them.
 ///
+/// A short one is small and needs no memory of its own: it is moved often, and most controllers say a number or two.
+///
 /// ```
 /// use protocol::payload::Payload;
 ///
@@ -21,10 +24,13 @@ pub const SHORT_PAYLOAD_BYTES: usize = 9;
 /// assert_eq!(*payload, [7, 0]);
 /// assert!(Payload::try_from(&[0; 129][..]).is_err());
 /// ```
-#[derive(Clone, Copy)]
-pub struct Payload {
-    len: u8,
-    bytes: [u8; PAYLOAD_BYTES_MAX],
+#[derive(Clone)]
+pub struct Payload(Bytes);
+
+#[derive(Clone)]
+enum Bytes {
+    Short { len: u8, bytes: [u8; SHORT_PAYLOAD_BYTES] },
+    Long(Box<[u8]>),
 }
 
 /// More bytes than any packet carries.
@@ -44,7 +50,19 @@ pub struct PayloadOverLimit {
 
 impl Payload {
     /// No bytes: a packet that says no more than that its sender is there.
-    pub const EMPTY: Self = Self { len: 0, bytes: [0; PAYLOAD_BYTES_MAX] };
+    pub const EMPTY: Self = Self(Bytes::Short { len: 0, bytes: [0; SHORT_PAYLOAD_BYTES] });
+
+    #[inline]
+    fn new(payload: &[u8]) -> Self {
+        let mut bytes = [0; SHORT_PAYLOAD_BYTES];
+        Self(match bytes.get_mut(..payload.len()) {
+            Some(short) => {
+                short.copy_from_slice(payload);
+                Bytes::Short { len: payload.len() as u8, bytes }
+            }
+            None => Bytes::Long(payload.into()),
+        })
+    }
 }
 
 /// No bytes.
@@ -58,9 +76,7 @@ impl<const N: usize> From<[u8; N]> for Payload {
     #[inline]
     fn from(payload: [u8; N]) -> Self {
         const { assert!(N <= PAYLOAD_BYTES_MAX, "no packet carries so many bytes") };
-        let mut bytes = [0; PAYLOAD_BYTES_MAX];
-        bytes[..N].copy_from_slice(&payload);
-        Self { len: N as u8, bytes }
+        Self::new(&payload)
     }
 }
 
@@ -69,9 +85,10 @@ impl TryFrom<&[u8]> for Payload {
 
     #[inline]
     fn try_from(payload: &[u8]) -> Result<Self, PayloadTooLong> {
-        let mut bytes = [0; PAYLOAD_BYTES_MAX];
-        bytes.get_mut(..payload.len()).ok_or(PayloadTooLong(payload.len()))?.copy_from_slice(payload);
-        Ok(Self { len: payload.len() as u8, bytes })
+        match payload.len() {
+            ..=PAYLOAD_BYTES_MAX => Ok(Self::new(payload)),
+            length => Err(PayloadTooLong(length)),
+        }
     }
 }
 
@@ -80,7 +97,10 @@ impl Deref for Payload {
 
     #[inline]
     fn deref(&self) -> &[u8] {
-        &self.bytes[..usize::from(self.len)]
+        match &self.0 {
+            Bytes::Short { len, bytes } => &bytes[..usize::from(*len)],
+            Bytes::Long(bytes) => bytes,
+        }
     }
 }
 
@@ -88,7 +108,10 @@ impl Deref for Payload {
 impl DerefMut for Payload {
     #[inline]
     fn deref_mut(&mut self) -> &mut [u8] {
-        &mut self.bytes[..usize::from(self.len)]
+        match &mut self.0 {
+            Bytes::Short { len, bytes } => &mut bytes[..usize::from(*len)],
+            Bytes::Long(bytes) => bytes,
+        }
     }
 }
 

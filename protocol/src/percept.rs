@@ -83,12 +83,12 @@ pub enum FieldComponent {
 }
 
 /// All that an agent gets in one tick.
+// In this order, what most percepts have lies together: each page of an agent counts as often as there are robots.
 #[derive(Clone, Debug, PartialEq)]
+#[repr(C)]
 pub struct Percept {
     /// Which tick this is; the answer must carry the same number.
     pub tick: Tick,
-    /// Packets that were heard, ordered by sender index.
-    pub deliveries: ArrayVec<Delivery, DELIVERIES_MAX>,
     /// The light where the robot stands.
     pub light: Light,
     /// The bump skirt was pressed during the last motion.
@@ -99,12 +99,14 @@ pub struct Percept {
     pub compass: Option<Compass>,
     /// Where the robot is, where the scenario tells robots.
     pub position: Option<Position>,
+    /// Payloads that are too long to lie in their packets, one behind the other. Where there are none it has no memory.
+    payloads: Vec<u8>,
     /// Walls, where the scenario gives robots boundary sensing.
     pub walls: ArrayVec<Wall, WALLS_MAX>,
     /// The true field, for the `exact` controller only; else empty.
     pub field: ArrayVec<FieldComponent, COMPONENTS_MAX>,
-    /// Payloads that are too long to lie in their packets, one behind the other. Where there are none it has no memory.
-    payloads: Vec<u8>,
+    /// Packets that were heard, ordered by sender index.
+    pub deliveries: ArrayVec<Delivery, DELIVERIES_MAX>,
 }
 
 impl Percept {

@@ -8,6 +8,7 @@ use protocol::{
     command::{Answer, Transmitter},
     controller::Controller,
     notes::Notes,
+    packet::Frame,
     params::Params,
     percept::{Percept, Tick},
     robot_id::RobotId,
@@ -34,12 +35,12 @@ pub(crate) fn setup_of(run: &RunDir, id: RobotId) -> anyhow::Result<AgentSetup> 
 pub(crate) struct Agent<C, N> {
     pub(crate) id: RobotId,
     pub(crate) stopwatch: Stopwatch,
-    // Both have room for far more than they mostly hold. Made where they stay, and not moved there, they take the
-    // memory that they use and no more.
-    controller: Box<C>,
+    controller: C,
     transmitter: Transmitter,
     notes: Notes,
     new: N,
+    // It has room for far more than it mostly holds. Made where it stays, and not moved there, it takes the memory that
+    // it uses and no more.
     percept: Box<Percept>,
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
@@ -56,7 +57,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         ports: AgentPorts,
         new: N,
     ) -> anyhow::Result<Self> {
-        let controller = Box::new(new(id, &params)?);
+        let controller = new(id, &params)?;
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
         Ok(Self {
             id,
@@ -75,7 +76,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let answer = self.transmitter.answer(self.controller.boot());
-        self.notes = Notes::of(&*self.controller)?;
+        self.notes = Notes::of(&self.controller)?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }
@@ -85,7 +86,8 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Sends the answer to `tick`.
     #[inline]
     fn send(&mut self, tick: Tick, answer: &Answer, times: RawTimes) -> Result<(), ServiceError> {
-        let frame = answer.packet().encode();
+        let mut frame = Frame::new();
+        answer.packet().encode_to(&mut frame);
         self.ports.send(
             RawCommand::new(tick, answer, &frame, self.pid).timed(times),
             &frame,
@@ -109,7 +111,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         }
         self.stopwatch.received();
         let answer = self.transmitter.answer(self.controller.step(&self.percept, &mut self.stopwatch));
-        self.notes.update(&*self.controller);
+        self.notes.update(&self.controller);
         self.send(self.percept.tick, &answer, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
@@ -119,7 +121,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
     #[inline(never)]
     fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        *self.controller = (self.new)(self.id, &setup_of(run, self.id)?.params)?;
+        self.controller = (self.new)(self.id, &setup_of(run, self.id)?.params)?;
         self.transmitter = Transmitter::new(self.id);
         Ok(())
     }

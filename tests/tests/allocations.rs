@@ -70,8 +70,8 @@ fn a_steady_exchange_allocates_nothing_on_a_blackboard() {
             let answer = mind.step(&read, &mut ());
             let frame = answer.packet().encode();
             agent.send(RawCommand::new(tick, &answer, &frame, 1), &frame, &[]).unwrap();
-            let command = host.receive().unwrap().unwrap();
-            assert_eq!(host.check(&command, robot, tick, &mut frames), Ok(answer));
+            let received = host.receive().unwrap().unwrap();
+            assert_eq!(received.check(robot, tick, &mut frames), Ok(answer));
         }
     });
     assert_eq!(exchanged.count_total, 0);

@@ -8,7 +8,7 @@ use coverage::CoverageController;
 use protocol::{
     codec,
     command::{Answer, Command},
-    controller::Hosted,
+    controller::{Controller, Hosted, StageObserver},
     frame::BodyVector,
     payload::Payload,
     percept::{Percept, Tick},
@@ -16,9 +16,10 @@ use protocol::{
     setup::AgentSetup,
 };
 use rustix::process::{Signal, getpid};
+use scenario::Scenario;
 use tests::{
     live::{LiveRun, signal},
-    programs::{Run, said},
+    programs::{Run, said, scenario},
 };
 use transport::{
     doorbell::{Doorbell, Ring},
@@ -47,6 +48,15 @@ const UNDER_A_PLAN: [&str; 4] = [
 
 /// Drives robot 3 of a run; `misbehave` sends what it likes beside the honest answer.
 fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer) -> Honesty) -> Run {
+    run_booting(options, Answer::clone, misbehave)
+}
+
+/// The same by a robot whose first answer is what `boot` makes of the honest one.
+fn run_booting(
+    options: &[&str],
+    boot: impl Fn(&Answer) -> Answer,
+    misbehave: impl Fn(&mut AgentPorts, Tick, &Answer) -> Honesty,
+) -> Run {
     let run = LiveRun::start("one-gaussian", &[options, &["--by-hand", "3"]].concat());
     run.wait_until_open();
     let (folder, _) = RunDir::open(run.name.parse().unwrap()).unwrap();
@@ -57,7 +67,7 @@ fn run_with(options: &[&str], misbehave: impl Fn(&mut AgentPorts, Tick, &Answer)
     let mut mind = Hosted::new(ROBOT, CoverageController::new(ROBOT, setup.params.decode().unwrap()));
     let mut seen = bell.round();
     folder.tell_note_names(ROBOT, &["misbehaves".into()]).unwrap();
-    ports.send(raw(BOOT_TICK, &mind.boot()), &[], &[1.0]).unwrap();
+    ports.send(raw(BOOT_TICK, &boot(&mind.boot())), &[], &[1.0]).unwrap();
     loop {
         match bell.wait_for_ring(seen, Duration::from_secs(60)) {
             Ring::Round(round) => seen = round,
@@ -145,7 +155,7 @@ fn another_robots_name_is_refused() {
 #[test]
 fn another_robots_packet_is_refused() {
     assert_harmless("packet", |tick, honest| {
-        let forged = Answer { sender: RobotId::first(5), ..*honest };
+        let forged = Answer { sender: RobotId::first(5), ..honest.clone() };
         RawCommand { robot: ROBOT.index, ..raw(tick, &forged) }
     });
 }
@@ -158,6 +168,44 @@ fn a_payload_longer_than_the_scenario_allows_is_refused() {
         long
     });
     assert_harmless("payload", |tick, honest| raw(tick, &saying(&[7; 10], honest)));
+}
+
+/// The paper's controller, but that the first payload of robot 3 is too long.
+struct Loud {
+    id: RobotId,
+    honest: CoverageController,
+}
+
+impl Controller for Loud {
+    fn boot(&mut self) -> Command {
+        let command = self.honest.boot();
+        let payload = if self.id == ROBOT { Payload::from([7; 10]) } else { command.payload };
+        Command { payload, ..command }
+    }
+
+    fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command {
+        self.honest.step(percept, stages)
+    }
+}
+
+#[test]
+fn who_says_too_much_at_first_takes_part_in_silence_as_in_process() {
+    let scenario = Scenario::load(&scenario("one-gaussian"), &["duration_s=2".parse().unwrap()]).unwrap();
+    let loud = engine::controller(|id, params| {
+        params.decode().map(|setup| Loud { id, honest: CoverageController::new(id, setup) })
+    });
+    let truth = engine::run(&scenario, &[&loud], &mut []).unwrap();
+    assert_ne!(truth.digest, in_process(&OPTIONS).digest(), "nobody hears robot 3 at first");
+    for plane in [&[][..], &QUEUES] {
+        let run = run_booting(
+            &[&OPTIONS, plane].concat(),
+            |honest| saying(&[7; 10], honest),
+            |_, _, _| Honesty::AfterAll,
+        );
+        assert_eq!(run.digest(), truth.digest);
+        let refused: Vec<_> = run.robots().iter().map(|robot| robot.commands_refused).collect();
+        assert_eq!(refused, [0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);
+    }
 }
 
 /// The same answer with another payload.
@@ -228,7 +276,7 @@ fn a_flood_is_refused_and_drowns_nobody() {
 fn a_robot_that_answers_nothing_but_nan_stands_still_and_is_counted() {
     let nan = BodyVector::new(f64::NAN, 0.0);
     let run = run_with(&OPTIONS, |ports, tick, honest| {
-        let command = Command { estimated_error: Some(nan), velocity: nan, ..honest.command };
+        let command = Command { estimated_error: Some(nan), velocity: nan, ..honest.command.clone() };
         send(ports, raw(tick, &Answer { command, ..*honest }));
         Honesty::Never
     });

@@ -116,9 +116,9 @@ impl Floor for Idle {
             let robot = RobotId::first(index);
             // Without descriptors for its connection, the transport is silent.
             let silent = || format!("nothing is heard from {robot} at tick {number}; {}", open_files());
-            let raw = ports.receive()?.with_context(silent)?;
-            ports
-                .check(&raw, robot, number, &mut self.frames)
+            let received = ports.receive()?.with_context(silent)?;
+            received
+                .check(robot, number, &mut self.frames)
                 .with_context(|| format!("the command of {robot}"))?;
         }
         Ok(())

@@ -10,6 +10,7 @@ use protocol::{
     command::Answer,
     notes::Notes,
     percept::{Percept, Tick},
+    robot_id::RobotId,
     setup::Mode,
 };
 use scenario::{ProcessFault, Scenario};
@@ -47,15 +48,16 @@ pub struct Realtime {
     present: Vec<usize>,
 }
 
-/// The last command of one agent.
-#[derive(Clone, Copy, Debug)]
+/// What one agent has said last.
+#[derive(Clone, Debug)]
 struct Latest {
-    answer: Answer,
-    /// The tick it answers; `None` for the command given at boot.
+    /// The life that said it.
+    life: RobotId,
+    /// The tick of the newest command that was taken in; `None` for the one given at boot.
     answers: Option<Tick>,
-    /// In which cycle it came; `None` once a newer answer was refused, or the robot was paused: then
-    /// it stands still.
-    stands_since: Option<u64>,
+    /// The command that counts, and in which cycle it came; `None` once a newer one was refused, or the robot was
+    /// paused: then it stands still.
+    standing: Option<(Answer, u64)>,
     arrived: Moment,
 }
 
@@ -70,12 +72,13 @@ impl Realtime {
 
     /// Takes in the newest command of agent `index`, if a new one has come.
     fn hear(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
-        let next = self.latest[index].and_then(|latest| latest.answers).map_or(0, |answered| answered + 1);
+        let next =
+            self.latest[index].as_ref().and_then(|latest| latest.answers).map_or(0, |answered| answered + 1);
         match self.members.hear(index, next..=tick.max(next))? {
-            Heard::Command(tick, answer) => self.note(index, Some(tick), answer),
+            Heard::Command(tick, answer) => self.note(index, answer.sender, Some(tick), Some(answer)),
             Heard::Refused => {
                 if let Some(latest) = &mut self.latest[index] {
-                    (latest.stands_since, latest.arrived) = (None, Moment::now());
+                    (latest.standing, latest.arrived) = (None, Moment::now());
                 }
             }
             Heard::Nothing => {}
@@ -92,9 +95,21 @@ impl Realtime {
         }
     }
 
-    fn note(&mut self, index: usize, answers: Option<Tick>, answer: Answer) {
-        let (stands_since, arrived) = (Some(self.cycles), Moment::now());
-        self.latest[index] = Some(Latest { answer, answers, stands_since, arrived });
+    fn note(&mut self, index: usize, life: RobotId, answers: Option<Tick>, answer: Option<Answer>) {
+        let standing = answer.map(|answer| (answer, self.cycles));
+        self.latest[index] = Some(Latest { life, answers, standing, arrived: Moment::now() });
+    }
+
+    /// Forgets lives that are over, with what they have said, and takes note of those that have joined.
+    fn note_lives(&mut self, answers: &mut Answers) {
+        for (index, answer) in answers.iter_mut().enumerate() {
+            let life = self.members.life(index);
+            self.latest[index].take_if(|latest| Some(latest.life) != life);
+            answer.take_if(|answer| Some(answer.sender) != life);
+            if let (Some(life), None) = (life, &self.latest[index]) {
+                self.note(index, life, None, answer.clone());
+            }
+        }
     }
 
     /// Names robots that have not been heard for too long to those who watch.
@@ -118,11 +133,7 @@ impl Squad for Realtime {
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
         self.members.join_all(answers, stop, waiting)?;
-        for (index, answer) in answers.iter().enumerate() {
-            if let Some(answer) = answer {
-                self.note(index, None, *answer);
-            }
-        }
+        self.note_lives(answers);
         Ok(())
     }
 
@@ -138,7 +149,7 @@ impl Squad for Realtime {
             let struck = self.members.apply_process_faults(process_fault, answers)?;
             if let Some(latest) = self.latest[process_fault.robot as usize].as_mut().filter(|_| struck) {
                 // What it has said no longer stands; a pause is no silence to be blamed for.
-                (latest.stands_since, latest.arrived) = (None, Moment::now());
+                (latest.standing, latest.arrived) = (None, Moment::now());
             }
         }
         Ok(())
@@ -162,25 +173,18 @@ impl Squad for Realtime {
         let tick = self.tick;
         for index in mem::take(&mut self.present) {
             self.hear(index, tick)?;
-            let Some(latest) = self.latest[index] else { continue };
+            let Some(latest) = &self.latest[index] else { continue };
             if latest.arrived.elapsed() > self.members.hang_timeout {
                 self.latest[index] = None;
                 self.members.give_up_on(index, tick)?;
-            } else if latest.stands_since.is_some_and(|since| self.cycles <= since + HOLD_CYCLES) {
-                answers[index] = Some(latest.answer);
+            } else if let Some((answer, since)) = &latest.standing
+                && self.cycles <= since + HOLD_CYCLES
+            {
+                answers[index] = Some(answer.clone());
             }
         }
         self.members.welcome(tick, answers)?;
-        for (index, answer) in answers.iter_mut().enumerate() {
-            let life = self.members.life(index);
-            let speaks = |answer: &Answer| Some(answer.sender) == life;
-            // What an ended life has said no longer stands; what a new one says first, does.
-            self.latest[index] = self.latest[index].filter(|latest| speaks(&latest.answer));
-            *answer = answer.filter(speaks);
-            if let (Some(answer), None) = (*answer, self.latest[index]) {
-                self.note(index, None, answer);
-            }
-        }
+        self.note_lives(answers);
         self.cycles += 1;
         self.tell_of_silent(waiting);
         Ok(())

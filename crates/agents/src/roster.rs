@@ -73,7 +73,7 @@ pub struct HostConfig {
 }
 
 /// Content of an uplink.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Heard {
     /// Nothing of use.
     Nothing,
@@ -320,17 +320,14 @@ impl Roster {
         self.on_death_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let AgentState::Expected { since } = self.members[index].state else { continue };
-            if let Heard::Command(_, command) = self.hear(index, BOOT_TICK..=BOOT_TICK)? {
-                self.members[index].state = AgentState::Present;
-                self.members[index].stillborn = 0;
-                *answer = Some(command);
-            } else if let Some(patience) = self.join_timeout(index)
-                && since.elapsed() > patience
-            {
-                let id = self.members[index].id;
-                let program = program_of(&self.controllers, id);
-                let what = format!("{id} has not joined within {patience:?}; its program is {program}");
-                self.apply_hang_policy(index, tick, what)?;
+            match self.hear(index, BOOT_TICK..=BOOT_TICK)? {
+                Heard::Command(_, command) => {
+                    self.joined(index);
+                    *answer = Some(command);
+                }
+                // It is there, and stands still and silent like everybody whose command is refused.
+                Heard::Refused => self.joined(index),
+                Heard::Nothing => self.await_longer(index, since, tick)?,
             }
         }
         self.call_by_hand();
@@ -338,6 +335,22 @@ impl Roster {
             true => Err(SquadError("no robot is left".into())),
             false => Ok(()),
         }
+    }
+
+    fn joined(&mut self, index: usize) {
+        self.members[index].state = AgentState::Present;
+        self.members[index].stillborn = 0;
+    }
+
+    /// Gives up on an agent that was expected for too long.
+    fn await_longer(&mut self, index: usize, since: Moment, tick: Tick) -> Result<(), SquadError> {
+        let Some(patience) = self.join_timeout(index).filter(|&patience| since.elapsed() > patience) else {
+            return Ok(());
+        };
+        let id = self.members[index].id;
+        let program = program_of(&self.controllers, id);
+        let what = format!("{id} has not joined within {patience:?}; its program is {program}");
+        self.apply_hang_policy(index, tick, what)
     }
 
     /// Deals with an agent whose process has ended without being told to.
@@ -428,31 +441,34 @@ impl Roster {
         let Some(ports) = &mut member.ports else { return Ok(Heard::Nothing) };
         let (mut heard, mut refusals) = (Heard::Nothing, Vec::new());
         for _ in 0..READS_MAX {
-            let Some(raw) = ports.receive().map_err(SquadError::new)? else { break };
+            let Some(received) = ports.receive().map_err(SquadError::new)? else { break };
+            let raw = received.command;
             let in_time = awaited.contains(&raw.tick);
             let expected = if in_time { raw.tick } else { *awaited.end() };
-            match (ports.check(&raw, member.id, expected, &mut self.frames), heard) {
-                (Ok(_), Heard::Command(newest, _)) if raw.tick <= newest => {
+            let checked = received.check(member.id, expected, &mut self.frames);
+            let is_its_own = !matches!(checked, Err(CommandError::Tick { .. } | CommandError::Sender { .. }));
+            if is_its_own {
+                member.process = member.process.or_else(|| Process::find(raw.pid));
+                if raw.tick == BOOT_TICK && raw.notes_len > 0 {
+                    member.notes = note_names(&self.host.run, member.id);
+                }
+            }
+            match (checked, &heard) {
+                (Ok(_), Heard::Command(newest, _)) if raw.tick <= *newest => {
                     refusals.push(format!("it has answered tick {newest} already"));
                 }
                 (Ok(answer), _) => {
-                    member.process = member.process.or_else(|| Process::find(raw.pid));
-                    heard = Heard::Command(raw.tick, answer);
-                    if raw.notes_len > 0 {
-                        if raw.tick == BOOT_TICK {
-                            member.notes = note_names(&self.host.run, member.id);
-                        }
-                        member.notes.set(ports.notes());
+                    if !received.notes.is_empty() {
+                        member.notes.set(received.notes);
                     }
                     if let Some(recorder) = &mut self.recorder {
                         recorder.note(index, raw.tick, &answer.header(), &raw.times);
                     }
+                    heard = Heard::Command(raw.tick, answer);
                 }
                 (Err(error), before) => {
                     refusals.push(error.to_string());
-                    let not_an_answer =
-                        matches!(error, CommandError::Tick { .. } | CommandError::Sender { .. });
-                    if before == Heard::Nothing && !not_an_answer {
+                    if is_its_own && *before == Heard::Nothing {
                         heard = Heard::Refused;
                     }
                 }

@@ -124,7 +124,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
                     let id = life.id.reborn();
                     *life = Life::new(id, (self.new)(id)?, life.refused);
                     life.boot(self.payload_bytes_max)?;
-                    *answer = life.answer;
+                    *answer = life.answer.take();
                 }
             }
         }
@@ -139,8 +139,8 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
     }
 
     fn collect(&mut self, answers: &mut Answers, _: &mut WaitingSink<'_>) -> Result<(), SquadError> {
-        for life in &self.robots {
-            answers[life.index()] = life.answer;
+        for life in &mut self.robots {
+            answers[life.index()] = life.answer.take();
         }
         Ok(())
     }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     fn sequence(answers: &[Option<Answer>], robot: usize) -> Option<u32> {
-        answers[robot].map(|answer| answer.sequence)
+        answers[robot].as_ref().map(|answer| answer.sequence)
     }
 
     #[test]
@@ -233,7 +233,7 @@ mod tests {
         }
         apply_process_faults(&mut squad, &mut answers, 1, ProcessAction::Restart);
         let born = RobotId { index: 1, incarnation: 1 };
-        assert_eq!(answers[1].unwrap().sender, born);
+        assert_eq!(answers[1].as_ref().unwrap().sender, born);
         assert_eq!((squad.robot_statuses()[1].id, squad.robot_statuses()[1].is_alive()), (born, true));
     }
 
@@ -313,7 +313,7 @@ mod tests {
         for tick in 0..5 {
             squad.send(&[Percept::empty(tick)]).unwrap();
             squad.collect(&mut answers, &mut |_| ()).unwrap();
-            let said = answers[0].map(|answer| answer.command.payload.len());
+            let said = answers[0].as_ref().map(|answer| answer.command.payload.len());
             assert_eq!(said, Some(tick as usize + 1).filter(|&len| len <= 3));
             let notes = squad.notes(0).unwrap();
             assert_eq!((&notes.names()[0][..], notes.values()), ("bytes said", &[tick as f64 + 1.0][..]));

@@ -17,7 +17,7 @@ use protocol::{
 };
 
 use crate::{
-    ends::{AgentEnd, ArenaEnd, ServiceError},
+    ends::{AgentEnd, ArenaEnd, Received, ServiceError},
     frame_cache::Frames,
     raw::{CommandError, RawCommand},
 };
@@ -87,9 +87,9 @@ pub fn percepts_go_down_and_commands_come_up<S: Subject>(subject: &S, life: Robo
 
         let answer = answer(life, tick as u32, limit);
         answer_with(&mut agent, tick, &answer);
-        let command = received(&mut arena);
-        assert_eq!(arena.check(&command, life, tick, &mut frames), Ok(answer), "limit {limit}");
-        assert_eq!(arena.notes(), notes(tick as u32), "limit {limit}, tick {tick}");
+        let received = received(&mut arena);
+        assert_eq!(received.check(life, tick, &mut frames), Ok(answer), "limit {limit}");
+        assert_eq!(received.notes, notes(tick as u32), "limit {limit}, tick {tick}");
         assert_eq!(arena.receive(), Ok(None), "a command is read once");
     }
 }
@@ -113,10 +113,10 @@ pub fn messages_that_wait_are_the_newest_in_their_order<S: Subject>(
         for tick in sent.skip((count as usize).saturating_sub(subject.unread_max())) {
             assert_eq!(agent.receive(&mut read), Ok(Some(Ok(0))), "tick {tick} of {count} percepts waits");
             assert_eq!(read, percept(tick, limit, [9, 1, 1]));
-            let command = received(&mut arena);
+            let received = received(&mut arena);
             let answer = answer(life, tick as u32, limit);
-            assert_eq!(arena.check(&command, life, tick, &mut frames), Ok(answer));
-            assert_eq!(arena.notes(), notes(tick as u32));
+            assert_eq!(received.check(life, tick, &mut frames), Ok(answer));
+            assert_eq!(received.notes, notes(tick as u32));
         }
         assert_eq!(agent.receive(&mut read), Ok(None), "no older percept waits");
         assert_eq!(arena.receive(), Ok(None), "no older command waits");
@@ -147,12 +147,11 @@ pub fn a_payload_beyond_the_limit_is_refused_and_the_next_command_is_read<S: Sub
         let mut answer = answer(life, length as u32, limit);
         answer.command.payload = payload_of(1, length);
         answer_with(&mut agent, 0, &answer);
-        let command = received(&mut arena);
         let expected = match length > limit {
             true => Err(CommandError::Payload(PayloadOverLimit { length, limit })),
             false => Ok(answer),
         };
-        assert_eq!(arena.check(&command, life, 0, &mut frames), expected, "limit {limit}");
+        assert_eq!(received(&mut arena).check(life, 0, &mut frames), expected, "limit {limit}");
     }
 }
 
@@ -164,8 +163,8 @@ pub fn a_command_of_another_life_or_to_another_tick_is_refused<S: Subject>(
 ) {
     let (mut arena, mut agent) = open(subject, life, limit);
     answer_with(&mut agent, 7, &answer(life, 0, limit));
-    let command = received(&mut arena);
-    let check = |life, tick| arena.check(&command, life, tick, &mut Frames::of(1));
+    let received = received(&mut arena);
+    let check = |life, tick| received.check(life, tick, &mut Frames::of(1));
     let RobotId { index, incarnation } = life;
     let (expected, incarnation) = (life.reborn(), incarnation.into());
     assert_eq!(check(expected, 7), Err(CommandError::Sender { expected, index, incarnation }));
@@ -225,7 +224,7 @@ fn open<S: Subject>(subject: &S, life: RobotId, limit: usize) -> (S::Arena, S::A
     (hosted(subject, life, limit), joined(subject, life, limit))
 }
 
-fn received(arena: &mut impl ArenaEnd) -> RawCommand {
+fn received(arena: &mut impl ArenaEnd) -> Received<'_> {
     arena.receive().expect("the plane works").expect("a command was sent")
 }
 

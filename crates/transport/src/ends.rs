@@ -36,20 +36,30 @@ pub trait ArenaEnd {
     fn send(&mut self, percept: &Percept, frames: &mut Frames) -> Result<(), ServiceError>;
 
     /// The next unread command, as it came.
-    fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError>;
+    fn receive(&mut self) -> Result<Option<Received<'_>>, ServiceError>;
+}
 
-    /// The notes that came with the command that was received last.
-    fn notes(&self) -> &[f64];
+/// A command as it came, with what does not lie in it: nothing of it is believed yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Received<'a> {
+    /// The command.
+    pub command: &'a RawCommand,
+    /// Bytes that begin with its frame, if that is long.
+    pub frame: &'a [u8],
+    /// Its notes.
+    pub notes: &'a [f64],
+    /// Longest payload that is accepted, bytes.
+    pub payload_bytes_max: usize,
+}
 
-    /// Checks the command that was received last: whether it is of life `expected`, and answers `tick`. The frame of its
-    /// packet goes to `frames`, for those who will hear it.
-    fn check(
-        &self,
-        command: &RawCommand,
-        expected: RobotId,
-        tick: Tick,
-        frames: &mut Frames,
-    ) -> Result<Answer, CommandError>;
+impl Received<'_> {
+    /// Checks whether the command is in order, of life `expected`, and answers `tick`. The frame of its packet goes to
+    /// `frames`, for those who will hear it.
+    pub fn check(&self, expected: RobotId, tick: Tick, frames: &mut Frames) -> Result<Answer, CommandError> {
+        let answer = self.command.check(self.frame, self.payload_bytes_max, expected, tick)?;
+        frames.keep(&answer.packet(), self.command.frame.whole(self.frame)?);
+        Ok(answer)
+    }
 }
 
 /// An agent's end.

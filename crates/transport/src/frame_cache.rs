@@ -12,72 +12,88 @@ use crate::raw::{RawFrame, RawLongFrame};
 const KEPT: usize = 2;
 
 /// Frames that were sent last, by sender.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Frames {
-    /// By index of the sender, then by number.
-    latest: Vec<[KeptFrame; KEPT]>,
-    /// The last one in the name of any other, which a liar may choose.
-    foreign: KeptFrame,
+    robots: usize,
+    /// By index of the sender, then by number. Whoever else a liar may choose to name has the places behind them.
+    frames: Vec<RawFrame>,
+    /// In the same places all of those that are long. Few runs have any: until one comes, this is empty, and what is
+    /// looked up for each delivery stays small.
+    long: Vec<RawLongFrame>,
 }
 
 /// A frame as messages hold it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct KeptFrame {
+#[derive(Clone, Copy, Debug)]
+pub struct KeptFrame<'a> {
     /// The frame, or its beginning.
-    pub frame: RawFrame,
-    /// The frame, if it is long.
-    pub long: RawLongFrame,
+    pub frame: &'a RawFrame,
+    /// The whole of it, if it is long.
+    pub long: Option<&'a RawLongFrame>,
 }
 
 impl Frames {
     /// Room for so many senders.
     pub fn of(robots: usize) -> Self {
-        Self { latest: vec![Default::default(); robots], foreign: KeptFrame::default() }
+        Self { robots, frames: vec![RawFrame::default(); (robots + 1) * KEPT], long: Vec::new() }
     }
 
     /// Keeps the frame in which `packet` has come, for those who will hear it.
     pub fn keep(&mut self, packet: &PacketView<'_>, frame: &[u8]) {
-        self.slot(packet).set(frame);
+        self.set(self.place(packet), frame);
     }
 
     /// The frame of `packet`.
     #[inline]
-    pub fn get(&mut self, packet: &PacketView<'_>) -> &KeptFrame {
-        let kept = self.slot(packet);
-        if !kept.frame.whole(&kept.long.0).is_ok_and(|frame| packet.is_in(frame)) {
-            kept.set(&packet.encode());
+    pub fn get(&mut self, packet: &PacketView<'_>) -> KeptFrame<'_> {
+        let place = self.place(packet);
+        if !self.kept(place).whole().is_some_and(|frame| packet.is_in(frame)) {
+            self.encode(place, packet);
         }
-        kept
+        self.kept(place)
+    }
+
+    #[cold]
+    fn encode(&mut self, place: usize, packet: &PacketView<'_>) {
+        self.set(place, &packet.encode());
     }
 
     /// The frame of the packet of one of `percept`'s deliveries.
     #[inline]
-    pub fn of_delivery(&mut self, percept: &Percept, delivery: &Delivery) -> &KeptFrame {
+    pub fn of_delivery(&mut self, percept: &Percept, delivery: &Delivery) -> KeptFrame<'_> {
         self.get(&delivery.packet.view(percept.payload(delivery)))
     }
 
     #[inline]
-    fn slot(&mut self, packet: &PacketView<'_>) -> &mut KeptFrame {
-        match self.latest.get_mut(packet.sender.index as usize) {
-            Some(latest) => &mut latest[packet.sequence as usize % KEPT],
-            None => &mut self.foreign,
+    fn place(&self, packet: &PacketView<'_>) -> usize {
+        self.robots.min(packet.sender.index as usize) * KEPT + packet.sequence as usize % KEPT
+    }
+
+    #[inline]
+    fn kept(&self, place: usize) -> KeptFrame<'_> {
+        let frame = &self.frames[place];
+        KeptFrame { frame, long: if frame.is_long() { self.long.get(place) } else { None } }
+    }
+
+    fn set(&mut self, place: usize, frame: &[u8]) {
+        self.frames[place] = RawFrame::of(frame);
+        if self.frames[place].is_long() {
+            self.long.resize_with(self.frames.len(), RawLongFrame::default);
+            self.long[place] = RawLongFrame::of(frame);
         }
     }
 }
 
-impl KeptFrame {
-    fn set(&mut self, frame: &[u8]) {
-        self.frame = RawFrame::of(frame);
-        if self.frame.is_long() {
-            self.long = RawLongFrame::of(frame);
-        }
+impl KeptFrame<'_> {
+    #[inline]
+    fn whole(&self) -> Option<&[u8]> {
+        self.frame.whole(self.long.map_or(&[], |long| &long.0)).ok()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::robot_id::RobotId;
+    use protocol::{payload::SHORT_PAYLOAD_BYTES, robot_id::RobotId};
 
     const ROBOT: RobotId = RobotId { index: 7, incarnation: 2 };
 
@@ -100,7 +116,8 @@ mod tests {
         ];
         for packet in others.iter().flat_map(|packet| [packet, packet]) {
             let kept = frames.get(packet);
-            assert_eq!(kept.frame.whole(&kept.long.0), Ok(&packet.encode()[..]));
+            assert_eq!(kept.whole(), Some(&packet.encode()[..]));
+            assert_eq!(kept.long.is_some(), packet.payload.len() > SHORT_PAYLOAD_BYTES);
         }
     }
 
@@ -114,7 +131,6 @@ mod tests {
         frames.keep(&packet, &marked);
         let next = PacketView { sequence: 6, ..packet };
         frames.keep(&next, &next.encode());
-        let kept = frames.get(&packet);
-        assert_eq!(kept.frame.whole(&kept.long.0), Ok(&marked[..]));
+        assert_eq!(frames.get(&packet).whole(), Some(&marked[..]));
     }
 }

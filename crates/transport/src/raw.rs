@@ -456,23 +456,20 @@ impl RawDelivery {
         }
     }
 
-    /// Checks the delivery, whose frame is in `long` if it does not lie here, and adds it to `percept`; whether it is in
-    /// order, and there was room.
+    /// Checks the delivery, whose frame is in `long` if it does not lie here, and adds it to `percept`; `None` if it is
+    /// not in order, or there is no room.
     #[inline]
-    fn read(&self, long: &[u8], percept: &mut Percept) -> bool {
-        let checked = || {
-            let range = Meters::new(self.range_m)?;
-            let bearing = Radians::new(self.bearing_rad)?;
-            let orientation = Radians::new(self.orientation_rad)?;
-            Some((range, bearing, orientation, PacketView::decode(self.frame.whole(long).ok()?).ok()?))
-        };
-        let Some((range, bearing, orientation, packet)) = checked().filter(|_| !percept.deliveries.is_full())
-        else {
-            return false;
-        };
+    fn read(&self, long: &[u8], percept: &mut Percept) -> Option<()> {
+        let range = Meters::new(self.range_m)?;
+        let bearing = Radians::new(self.bearing_rad)?;
+        let orientation = Radians::new(self.orientation_rad)?;
+        let packet = PacketView::decode(self.frame.whole(long).ok()?).ok()?;
+        if percept.deliveries.is_full() {
+            return None;
+        }
         let packet = percept.packet(&packet);
         percept.deliveries.push(Delivery { packet, range, bearing, orientation });
-        true
+        Some(())
     }
 }
 
@@ -612,7 +609,7 @@ pub fn add_deliveries<'a>(
     raw: impl IntoIterator<Item = (&'a RawDelivery, &'a [u8])>,
     percept: &mut Percept,
 ) -> u32 {
-    raw.into_iter().filter(|(delivery, long)| !delivery.read(long, percept)).count() as u32
+    raw.into_iter().filter(|(delivery, long)| delivery.read(long, percept).is_none()).count() as u32
 }
 
 impl RawWall {
@@ -705,7 +702,7 @@ mod tests {
             for estimated_error in [answer.command.estimated_error, None] {
                 answer.command.estimated_error = estimated_error;
                 let (raw, frame) = carried(&answer);
-                assert_eq!(raw.check(&frame, 128, ROBOT, 12), Ok(answer));
+                assert_eq!(raw.check(&frame, 128, ROBOT, 12).as_ref(), Ok(&answer));
                 assert_eq!(raw.frame.is_long(), len > SHORT_PAYLOAD_BYTES);
             }
         }

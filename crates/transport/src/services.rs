@@ -22,18 +22,13 @@ use iceoryx2::{
 use common::failed;
 
 use crate::{
-    ends::{AgentEnd, ArenaEnd, ServiceError},
+    ends::{AgentEnd, ArenaEnd, Received, ServiceError},
     frame_cache::Frames,
-    raw::{Beside, CommandError, PerceptError, RawCommand, RawDelivery, RawLongDelivery},
+    raw::{Beside, PerceptError, RawCommand, RawDelivery, RawLongDelivery},
     run_dir::RunDir,
 };
 use protocol::{
-    command::Answer,
-    notes::NOTES_MAX,
-    payload::SHORT_PAYLOAD_BYTES,
-    percept::{Percept, Tick},
-    robot_id::RobotId,
-    setup::Plane,
+    notes::NOTES_MAX, payload::SHORT_PAYLOAD_BYTES, percept::Percept, robot_id::RobotId, setup::Plane,
 };
 
 /// How long opening a service waits for its creator, who on a busy machine may be slow.
@@ -52,7 +47,6 @@ pub struct ArenaPorts {
     payload_bytes_max: usize,
     /// Parts that came with the command that was received last.
     beside: Beside,
-    notes_len: usize,
 }
 
 #[derive(Debug)]
@@ -108,7 +102,7 @@ impl Session {
             }
             Plane::PublishSubscribe => ArenaEnds::Queues(Queues::host(&self.node, robot)?),
         };
-        Ok(ArenaPorts { ends, payload_bytes_max, beside: Beside::default(), notes_len: 0 })
+        Ok(ArenaPorts { ends, payload_bytes_max, beside: Beside::default() })
     }
 
     /// An agent takes its place as `robot`, with what the arena has made its services with.
@@ -143,31 +137,19 @@ impl ArenaEnd for ArenaPorts {
         }
     }
 
-    fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
-        let beside = &mut self.beside;
-        let received = match &mut self.ends {
+    fn receive(&mut self) -> Result<Option<Received<'_>>, ServiceError> {
+        let Self { ends, payload_bytes_max, beside } = self;
+        let command = match ends {
             ArenaEnds::Blackboard(ports) => ports.receive(beside),
             ArenaEnds::Queues(ports) => ports.receive(beside)?,
             ArenaEnds::LongQueues(ports) => ports.receive(beside)?,
         };
-        self.notes_len = received.map_or(0, |command| usize::from(command.notes_len).min(NOTES_MAX));
-        Ok(received)
-    }
-
-    fn notes(&self) -> &[f64] {
-        &self.beside.notes[..self.notes_len]
-    }
-
-    fn check(
-        &self,
-        command: &RawCommand,
-        expected: RobotId,
-        tick: Tick,
-        frames: &mut Frames,
-    ) -> Result<Answer, CommandError> {
-        let answer = command.check(&self.beside.frame.0, self.payload_bytes_max, expected, tick)?;
-        frames.keep(&answer.packet(), command.frame.whole(&self.beside.frame.0)?);
-        Ok(answer)
+        Ok(command.map(|command| Received {
+            command,
+            frame: &beside.frame.0,
+            notes: &beside.notes[..usize::from(command.notes_len).min(NOTES_MAX)],
+            payload_bytes_max: *payload_bytes_max,
+        }))
     }
 }
 
@@ -266,7 +248,7 @@ fn config(run: &RunDir) -> Result<Config, ServiceError> {
 mod tests {
     use super::*;
     use crate::conformance::{self, Subject};
-    use protocol::command::Command;
+    use protocol::command::{Answer, Command};
 
     fn run(what: &str) -> (RunDir, crate::run_dir::RunLock) {
         let name = format!("test-services-{what}-{}", std::process::id());

@@ -7,16 +7,12 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-use protocol::{
-    command::Answer,
-    percept::{Percept, Tick},
-    robot_id::RobotId,
-};
+use protocol::{percept::Percept, robot_id::RobotId};
 use transport::{
     conformance::{self, Subject},
-    ends::{AgentEnd, ArenaEnd, ServiceError},
+    ends::{AgentEnd, ArenaEnd, Received, ServiceError},
     frame_cache::Frames,
-    raw::{CommandError, PerceptError, RawCommand},
+    raw::{PerceptError, RawCommand},
 };
 
 /// A queue of a few messages, in which the newest replaces the oldest.
@@ -32,9 +28,9 @@ fn push<T>(queue: &Queue<T>, message: T) {
     queue.push_back(message);
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Debug)]
 struct Message {
-    command: Option<RawCommand>,
+    command: RawCommand,
     frame: Vec<u8>,
     notes: Vec<f64>,
 }
@@ -43,7 +39,7 @@ struct Message {
 struct Arena {
     inbox: Queue<Percept>,
     uplink: Queue<Message>,
-    last: Message,
+    last: Option<Message>,
     payload_bytes_max: usize,
 }
 
@@ -59,25 +55,15 @@ impl ArenaEnd for Arena {
         Ok(())
     }
 
-    fn receive(&mut self) -> Result<Option<RawCommand>, ServiceError> {
-        self.last = self.uplink.lock().unwrap().pop_front().unwrap_or_default();
-        Ok(self.last.command)
-    }
-
-    fn notes(&self) -> &[f64] {
-        &self.last.notes
-    }
-
-    fn check(
-        &self,
-        command: &RawCommand,
-        expected: RobotId,
-        tick: Tick,
-        frames: &mut Frames,
-    ) -> Result<Answer, CommandError> {
-        let answer = command.check(&self.last.frame, self.payload_bytes_max, expected, tick)?;
-        frames.keep(&answer.packet(), &self.last.frame);
-        Ok(answer)
+    fn receive(&mut self) -> Result<Option<Received<'_>>, ServiceError> {
+        self.last = self.uplink.lock().unwrap().pop_front();
+        let payload_bytes_max = self.payload_bytes_max;
+        Ok(self.last.as_ref().map(|Message { command, frame, notes }| Received {
+            command,
+            frame,
+            notes,
+            payload_bytes_max,
+        }))
     }
 }
 
@@ -90,8 +76,7 @@ impl AgentEnd for Agent {
     }
 
     fn send(&mut self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
-        let message = Message { command: Some(command), frame: frame.to_vec(), notes: notes.to_vec() };
-        push(&self.uplink, message);
+        push(&self.uplink, Message { command, frame: frame.to_vec(), notes: notes.to_vec() });
         Ok(())
     }
 }
@@ -112,7 +97,7 @@ impl Subject for InMemory {
         let (inbox, uplink) = (Queue::default(), Queue::default());
         let agent = Agent { inbox: Arc::clone(&inbox), uplink: Arc::clone(&uplink) };
         self.0.lock().unwrap().insert(life, Some(agent));
-        Ok(Arena { inbox, uplink, last: Message::default(), payload_bytes_max })
+        Ok(Arena { inbox, uplink, last: None, payload_bytes_max })
     }
 
     fn join(&self, life: RobotId, _: usize) -> Result<Agent, ServiceError> {

@@ -233,8 +233,8 @@ impl ArenaPorts {
     }
 
     /// Returns the next unread command; what does not lie in it is in `beside`.
-    pub(super) fn receive(&mut self, beside: &mut Beside) -> Option<RawCommand> {
-        let command = *self.command.get_new()?;
+    pub(super) fn receive(&mut self, beside: &mut Beside) -> Option<&RawCommand> {
+        let command = self.command.get_new()?;
         let number: u64 = command.frame.sequence().into();
         if let Some(part) = self.long_frame.as_ref().filter(|_| command.frame.is_long()) {
             beside.frame = part.get().of(number)?;
@@ -352,7 +352,7 @@ fn block_keys(begin: Key, first: usize) -> impl Iterator<Item = Key> {
 fn raw_block(percept: &Percept, deliveries: &[Delivery], frames: &mut Frames) -> Block {
     let mut block = Block::default();
     for (slot, delivery) in block.iter_mut().zip(deliveries) {
-        *slot = RawDelivery::new(delivery, frames.of_delivery(percept, delivery).frame);
+        *slot = RawDelivery::new(delivery, *frames.of_delivery(percept, delivery).frame);
     }
     block
 }
@@ -361,9 +361,8 @@ fn raw_block(percept: &Percept, deliveries: &[Delivery], frames: &mut Frames) ->
 fn long_block(percept: &Percept, deliveries: &[Delivery], frames: &mut Frames) -> Option<LongBlock> {
     let mut block = None;
     for (at, delivery) in deliveries.iter().enumerate() {
-        let kept = frames.of_delivery(percept, delivery);
-        if kept.frame.is_long() {
-            block.get_or_insert_with(LongBlock::default)[at] = kept.long;
+        if let Some(long) = frames.of_delivery(percept, delivery).long {
+            block.get_or_insert_with(LongBlock::default)[at] = *long;
         }
     }
     block

@@ -41,15 +41,15 @@ pub(super) const BUFFERED: usize = 2;
 /// A delivery in an inbox.
 pub(super) trait InInbox: ZeroCopySend + fmt::Debug + 'static {
     /// The message that carries `delivery`, whose packet is in `kept`.
-    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self;
+    fn new(delivery: &Delivery, kept: KeptFrame<'_>) -> Self;
 
     /// The delivery, and the bytes of its frame if that is long.
     fn parts(&self) -> (&RawDelivery, &[u8]);
 }
 
 impl InInbox for RawDelivery {
-    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self {
-        Self::new(delivery, kept.frame)
+    fn new(delivery: &Delivery, kept: KeptFrame<'_>) -> Self {
+        Self::new(delivery, *kept.frame)
     }
 
     fn parts(&self) -> (&RawDelivery, &[u8]) {
@@ -58,8 +58,9 @@ impl InInbox for RawDelivery {
 }
 
 impl InInbox for RawLongDelivery {
-    fn new(delivery: &Delivery, kept: &KeptFrame) -> Self {
-        Self { delivery: RawDelivery::new(delivery, kept.frame), frame: kept.long }
+    fn new(delivery: &Delivery, kept: KeptFrame<'_>) -> Self {
+        let frame = kept.long.copied().unwrap_or_default();
+        Self { delivery: RawDelivery::new(delivery, *kept.frame), frame }
     }
 
     fn parts(&self) -> (&RawDelivery, &[u8]) {
@@ -75,6 +76,8 @@ const BESIDE_BYTES_MAX: usize = FRAME_BYTES_MAX + size_of::<RawNotes>();
 pub(super) struct ArenaPorts<D: InInbox> {
     inbox: Publisher<ipc::Service, [D], RawPercept>,
     uplink: Subscriber<ipc::Service, [u8], RawCommand>,
+    /// The command that was received last.
+    last: RawCommand,
     // The services exist as long as somebody holds them; the arena opens them before the agent comes.
     services: Services<D>,
 }
@@ -113,7 +116,7 @@ impl<D: InInbox> ArenaPorts<D> {
             .subscriber_builder()
             .create()
             .map_err(|error| failed(format!("open the uplink of {robot}"))(&error))?;
-        Ok(Self { inbox, uplink, services })
+        Ok(Self { inbox, uplink, last: RawCommand::default(), services })
     }
 
     pub(super) fn send(&self, percept: &Percept, frames: &mut Frames) -> Result<(), ServiceError> {
@@ -129,20 +132,20 @@ impl<D: InInbox> ArenaPorts<D> {
     }
 
     /// Returns the next unread command; what does not lie in it is in `beside`.
-    pub(super) fn receive(&self, beside: &mut Beside) -> Result<Option<RawCommand>, ServiceError> {
+    pub(super) fn receive(&mut self, beside: &mut Beside) -> Result<Option<&RawCommand>, ServiceError> {
         let sample = self.uplink.receive().map_err(|error| failed("receive a command")(&error))?;
-        Ok(sample.map(|sample| {
-            let (command, bytes) = (*sample.user_header(), sample.payload());
-            let frame_len = if command.frame.is_long() { usize::from(command.frame.len) } else { 0 };
-            let (frame, notes) = bytes.split_at(frame_len.min(bytes.len()).min(FRAME_BYTES_MAX));
-            if !frame.is_empty() {
-                beside.frame = RawLongFrame::of(frame);
-            }
-            for (note, bytes) in beside.notes.iter_mut().zip(notes.as_chunks().0) {
-                *note = f64::from_le_bytes(*bytes);
-            }
-            command
-        }))
+        let Some(sample) = sample else { return Ok(None) };
+        self.last = *sample.user_header();
+        let (frame, bytes) = (&self.last.frame, sample.payload());
+        let frame_len = if frame.is_long() { usize::from(frame.len) } else { 0 };
+        let (frame, notes) = bytes.split_at(frame_len.min(bytes.len()).min(FRAME_BYTES_MAX));
+        if !frame.is_empty() {
+            beside.frame = RawLongFrame::of(frame);
+        }
+        for (note, bytes) in beside.notes.iter_mut().zip(notes.as_chunks().0) {
+            *note = f64::from_le_bytes(*bytes);
+        }
+        Ok(Some(&self.last))
     }
 
     pub(super) fn dead_nodes(&self) -> BTreeSet<String> {
@@ -187,6 +190,8 @@ impl<D: InInbox> AgentPorts<D> {
         Ok(Self { inbox, uplink })
     }
 
+    // Not inlined, nor is `send`: who waits for a tick on a blackboard need not have its code in the way.
+    #[inline(never)]
     pub(super) fn receive(
         &self,
         percept: &mut Percept,
@@ -199,6 +204,7 @@ impl<D: InInbox> AgentPorts<D> {
         }))
     }
 
+    #[inline(never)]
     pub(super) fn send(&self, command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
         let doing = || failed("send a command");
         let mut bytes = ArrayVec::<u8, BESIDE_BYTES_MAX>::new();

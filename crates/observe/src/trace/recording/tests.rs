@@ -231,7 +231,7 @@ fn a_fault_begins_and_ends_once_and_strikes_the_robots_it_strikes() {
     for tick in 0..8 {
         let process_faults = arena.process_faults(&[]);
         traced.recording.tick_begins(tick, &process_faults);
-        arena.tick(&[None; 3]);
+        arena.tick(&[const { None }; 3]);
         traced.recording.tick_ends(stamps(tick), arena.ledger());
     }
     traced.recording.finish().unwrap();
