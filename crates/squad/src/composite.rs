@@ -9,7 +9,11 @@ use protocol::{
 };
 use scenario::ProcessFault;
 
-use crate::{Answers, Incident, RobotStatus, Squad, SquadError, WaitingSink, stop::StopFlag};
+use crate::{
+    squad::{Answers, Incident, Squad, SquadError, WaitingSink},
+    status::RobotStatus,
+    stop::StopFlag,
+};
 
 /// Several squads, each with robots of its own, that are one to the loop of a run. All are sent their percepts before
 /// any is asked for answers, so that they work at the same time.
