@@ -21,7 +21,7 @@ use observe::{
     trace::Trace,
     trial,
 };
-use options::{Assignment, PlayOptions, RunOptions};
+use options::{Assignment, PlayOptions, RunOptions, Work};
 use processes::signals;
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
@@ -88,21 +88,22 @@ fn main() -> ExitCode {
 fn supervised(name: RunName) -> anyhow::Result<Option<Summary>> {
     let run = RunDir::of(name);
     let assignment = Assignment::read(&run)?;
-    begin_log(run.name(), assignment.is_quiet(), Format::from_env().unwrap_or_default(), false);
+    begin_log(run.name(), assignment.work.is_quiet(), Format::from_env().unwrap_or_default(), false);
     let stop = stop_on_signals()?;
-    let scenario = Scenario::load(&run.scenario_path(), &[])?;
+    let mut scenario = Scenario::load(&run.scenario_path(), &[])?;
+    assignment.tell_places(&mut scenario);
     let (link, trials) = Link::to_supervisor(stop.clone());
-    let by_hand = assignment.by_hand().cloned();
+    let by_hand = assignment.work.by_hand().cloned();
     let host = HostConfig { run: run.clone(), link, by_hand, measure: None };
-    in_run(&run, None, || match assignment {
-        Assignment::Run { options, is_shown, .. } => {
+    in_run(&run, None, || match assignment.work {
+        Work::Run { options, is_shown, .. } => {
             let audience = match is_shown {
                 true => Audience::Elsewhere(Box::new(tell_progress)),
                 false => Audience::StandardError,
             };
             one_run(&options, &scenario, host, audience, &stop).map(Some)
         }
-        Assignment::Trials => all_trials(scenario, &trials, host, &stop).map(|()| None),
+        Work::Trials => all_trials(scenario, &trials, host, &stop).map(|()| None),
     })
 }
 

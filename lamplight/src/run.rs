@@ -24,7 +24,7 @@ use observe::{
     progress::{Audience, Progress},
     recovery::Recovery,
 };
-use options::{Assignment, PlayOptions, RunOptions};
+use options::{PlayOptions, RunOptions, Work};
 use processes::signals::{exit_status, raise_on_stop};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
@@ -214,8 +214,8 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
 fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) -> Result<Outcome, Failure> {
     let (options, by_hand) = (args.options.play.clone(), args.by_hand.clone());
     prepare_out(&options)?;
-    let assignment = Assignment::Run { options, by_hand, is_shown: io::stderr().is_terminal() };
-    supervisor::run(&assignment, run, scenario, watch, None).map_err(Failure::Run)
+    let work = Work::Run { options, by_hand, is_shown: io::stderr().is_terminal() };
+    supervisor::run(work, run, scenario, watch, None).map_err(Failure::Run)
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.

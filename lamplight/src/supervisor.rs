@@ -8,7 +8,7 @@
 
 use std::{
     collections::VecDeque,
-    io::{BufRead, BufReader, Write},
+    io::{self, BufRead, BufReader, Write},
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
@@ -20,14 +20,14 @@ use anyhow::{Context, anyhow, bail};
 use engine::summary::Summary;
 use logging::FORMAT_VARIABLE;
 use observe::{progress::Meter, trial::Record};
-use options::Assignment;
+use options::{Assignment, Work};
 use processes::{
     Process,
     signals::{ONE_WISH, STOP_SIGNALS},
 };
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use scenario::{RobotSet, Scenario};
+use scenario::{ProgramSpec, RobotSet, Scenario};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 use squad::moment::Moment;
 use transport::{
@@ -88,18 +88,19 @@ pub(crate) type NextTrial<'a> = Box<dyn FnMut(Record) -> anyhow::Result<Option<S
 /// Runs the processes of `run`, which is the caller's, to their end: one run, or as many trials as
 /// `next_trial` gives.
 pub(crate) fn run(
-    assignment: &Assignment,
+    work: Work,
     run: &RunDir,
     scenario: &Scenario,
     watch: &Watch,
     next_trial: Option<NextTrial<'_>>,
 ) -> anyhow::Result<Outcome> {
     files::replace(&run.scenario_path(), scenario.to_toml())?;
+    let assignment = Assignment::new(work, scenario);
     assignment.write(run)?;
     let Watch { sender, events, children } = watch;
     // Dropped last: then every child has ended, and with them the log.
     let log = Gatherer::begin()?;
-    let start = Start { run, scenario, by_hand: assignment.by_hand(), log: &log, children };
+    let start = Start { run, scenario, by_hand: assignment.work.by_hand(), log: &log, children };
     let mut supervisor = Supervisor::start(start, sender.clone(), next_trial)?;
     let outcome = supervisor.watch(events);
     supervisor.clear_away(events);
@@ -123,8 +124,7 @@ struct Supervisor<'a> {
     next_trial: Option<NextTrial<'a>>,
     /// The paper's robot.
     agent_program: PathBuf,
-    /// Robots that other programs think for, and these with their first arguments.
-    programs: Vec<(RobotSet, Vec<String>)>,
+    scenario: &'a Scenario,
     /// Agents to be started as soon as nothing else is to be done.
     to_start: VecDeque<RobotId>,
     /// Robots that are ours to start at the beginning.
@@ -175,11 +175,7 @@ impl<'a> Supervisor<'a> {
             children,
             next_trial,
             agent_program,
-            programs: scenario
-                .controllers
-                .iter()
-                .filter_map(|it| Some((it.robots.clone(), it.program()?.command.clone())))
-                .collect(),
+            scenario,
             to_start: VecDeque::new(),
             robots: (0..scenario.robot_count())
                 .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
@@ -299,23 +295,37 @@ impl<'a> Supervisor<'a> {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
-        let child = children::start(&mut command).with_context(|| {
-            format!("cannot start the agent of {id}, {}", command.get_program().display())
-        })?;
+        let child = children::start(&mut command).map_err(|error| self.cannot_start(id, &command, error))?;
         group.agents.insert(Pid::from_child(&child), id);
         Ok(())
     }
 
     /// The program of a robot, with the arguments that are its own.
     fn agent_of(&self, id: RobotId) -> Command {
-        let mut programs = self.programs.iter();
-        match programs.find(|(robots, _)| robots.contains(id.index)).map(|(_, words)| words.as_slice()) {
-            Some([program, arguments @ ..]) => {
-                let mut command = Command::new(program);
-                command.args(arguments);
+        match self.scenario.controller_of(id.index).program() {
+            Some(ProgramSpec { command, .. }) => {
+                let mut words = command.iter();
+                let mut command = Command::new(words.next().expect("reading has refused an empty command"));
+                command.args(words);
                 command
             }
-            _ => Command::new(&self.agent_program),
+            None => Command::new(&self.agent_program),
+        }
+    }
+
+    fn cannot_start(&self, id: RobotId, command: &Command, error: io::Error) -> anyhow::Error {
+        let (controller, program) =
+            (self.scenario.controller_of(id.index), command.get_program().display().to_string());
+        match controller.program() {
+            None => anyhow!(error).context(format!("cannot start the agent of {id}, {program}")),
+            Some(_) => {
+                let robots = &controller.robots;
+                let message = format!("the program {program} of robots {robots} cannot be started: {error}");
+                anyhow!(controller.error(
+                    message,
+                    "name one that this machine can run; a script needs a first line such as `#!/usr/bin/env python3`"
+                ))
+            }
         }
     }
 

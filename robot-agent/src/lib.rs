@@ -20,6 +20,7 @@ mod abandoned;
 mod agent;
 mod lockstep;
 mod realtime;
+mod refusal;
 mod stopwatch;
 mod timer;
 
@@ -31,7 +32,7 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use clap::Parser;
 use logging::Settings;
 use protocol::{
@@ -50,7 +51,7 @@ use transport::{
 
 pub use protocol::params::Params;
 
-use crate::{abandoned::Abandoned, agent::Agent};
+use crate::{abandoned::Abandoned, agent::Agent, refusal::Refusal};
 
 /// How often an early agent looks whether its run is ready.
 const READY_POLL: Duration = Duration::from_millis(10);
@@ -109,7 +110,9 @@ pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Re
         (false, true) => format!("run `{}` has ended", cli.run),
         _ => format!("{error:#}"),
     };
-    if !(cli.quiet && (over || error.is::<Abandoned>())) {
+    let is_known =
+        over || error.is::<Abandoned>() || error.downcast_ref().is_some_and(|it| is_told(&cli.run, it));
+    if !(cli.quiet && is_known) {
         logging::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
@@ -126,6 +129,11 @@ fn refuse(error: &clap::Error) -> ExitCode {
         false => error.print(),
     };
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// Whether another robot has told the reason already, which in a swarm is mostly the same for all.
+fn is_told(name: &RunName, refusal: &Refusal) -> bool {
+    !RunDir::of(name.clone()).is_first_to_say(&refusal.reason)
 }
 
 /// Whether a run has ended, or is about to: then what failed is of no interest.
@@ -148,9 +156,9 @@ fn drive<C: Controller, E: fmt::Display>(
     new: impl Fn(RobotId, &Params) -> Result<C, E>,
 ) -> anyhow::Result<()> {
     let mut joined = join(cli, |id, params: &Params| {
-        new(id, params).map_err(|refusal| {
-            let program = env::current_exe().unwrap_or_default();
-            anyhow!("{id}: {} refuses its params: {refusal}", program.display())
+        new(id, params).map_err(|reason| {
+            let program = env::current_exe().unwrap_or_default().display().to_string();
+            Refusal { id, program, reason: reason.to_string() }.into()
         })
     })?;
     footprint::trim();

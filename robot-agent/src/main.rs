@@ -10,8 +10,8 @@ fn main() -> ExitCode {
     // Boxed, it is made where it stays: moved, it would touch all the memory that it has room for.
     robot_agent::main(|robot, params| match params.decode() {
         Ok(setup) => Ok(Box::new(CoverageController::new(robot, setup))),
-        Err(error) => {
-            Err(format!("{error}; this robot carries out laws: give it `law` in place of `program`"))
-        }
+        Err(error) => Err(format!(
+            "they are of no law, and this program has no other: give `law` in place of `program` ({error})"
+        )),
     })
 }

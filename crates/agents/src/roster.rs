@@ -2,6 +2,7 @@
 //! what is done about it. Both process squads stand on this.
 
 use std::{
+    collections::BTreeSet,
     fmt, fs, io, mem,
     ops::RangeInclusive,
     thread,
@@ -91,6 +92,8 @@ pub(crate) struct Member {
     pub(crate) process: Option<Process>,
     pub(crate) state: AgentState,
     pub(crate) refused: u64,
+    /// Whether a life of it has joined.
+    has_joined: bool,
     /// Lives in a row that have ended before they joined, or never did.
     stillborn: u32,
     /// Its notes for those who watch, with its last command.
@@ -146,6 +149,8 @@ pub(crate) struct Roster {
     called: Option<Moment>,
     /// When it was last looked whether somebody by hand has died as they joined.
     looked: Instant,
+    /// What was done about robots that did not join, by their controllers: each is told once.
+    told: BTreeSet<(usize, String)>,
     /// In no order; one per robot that ends, for the time its process takes to die.
     remains: Vec<Remains>,
     incidents: Vec<Incident>,
@@ -187,6 +192,7 @@ impl Roster {
             by_hand,
             called: None,
             looked: Instant::now(),
+            told: BTreeSet::new(),
             remains: Vec::new(),
             incidents: Vec::new(),
         })
@@ -211,14 +217,19 @@ impl Roster {
         Ok(())
     }
 
-    /// Fails if no robot of some controller has joined: the scenario's swarm is another one.
+    /// Fails if no robot of some controller has ever joined, and none is waited for: the scenario's swarm is another one.
     fn require_every_controller(&self) -> Result<(), SquadError> {
-        let is_out = |robot: u32| self.members[robot as usize].state == AgentState::Out;
-        match self.controllers.iter().find(|controller| controller.robots.iter().all(is_out)) {
+        let never_came = |robot: u32| {
+            let member = &self.members[robot as usize];
+            member.state == AgentState::Out && !member.has_joined
+        };
+        match self.controllers.iter().find(|controller| controller.robots.iter().all(never_came)) {
             None => Ok(()),
-            Some(Controller { robots, .. }) => {
+            Some(Controller { robots, origin, .. }) => {
+                let place = origin.0.as_ref().map_or(String::new(), |place| format!("{place}: "));
                 let program = program_of(&self.controllers, RobotId::first(robots.highest()));
-                Err(SquadError(format!("of robots {robots} none has joined: their program is {program}")))
+                let what = format!("{place}of robots {robots} none has joined; their program is {program}");
+                Err(SquadError(what))
             }
         }
     }
@@ -331,15 +342,16 @@ impl Roster {
             }
         }
         self.call_by_hand();
-        match self.members.iter().all(|member| member.state == AgentState::Out) {
-            true => Err(SquadError("no robot is left".into())),
-            false => Ok(()),
+        if self.members.iter().any(|member| member.state != AgentState::Out) {
+            return Ok(());
         }
+        self.require_every_controller()?;
+        Err(SquadError("no robot is left".into()))
     }
 
     fn joined(&mut self, index: usize) {
-        self.members[index].state = AgentState::Present;
-        self.members[index].stillborn = 0;
+        let member = &mut self.members[index];
+        (member.state, member.has_joined, member.stillborn) = (AgentState::Present, true, 0);
     }
 
     /// Gives up on an agent that was expected for too long.
@@ -584,7 +596,14 @@ impl Roster {
             OnHang::Restart => "it is restarted".into(),
         };
         let what = format!("{what}; {consequence}");
-        tracing::warn!("{what}");
+        match self.members[index].stillborn {
+            0 => tracing::warn!("{what}"),
+            // If a program does not join, it does so for no robot: one line says it.
+            _ if self.told.insert((self.controller_of(index), consequence)) => {
+                tracing::warn!("{what} (more of its program are counted, not shown)");
+            }
+            _ => tracing::debug!("{what}"),
+        }
         // What happens before the first tick belongs to tick 0.
         let tick = if tick == BOOT_TICK { 0 } else { tick };
         self.incidents.push(Incident { robot: id.index, tick, what });
@@ -618,9 +637,10 @@ impl Roster {
     /// Makes place for life `id` of robot `index`, and has it started if somebody does that for us.
     fn begin(&mut self, index: usize, id: RobotId) -> Result<AgentState, SquadError> {
         self.recorder.iter_mut().for_each(|recorder| recorder.reborn(index));
-        let Member { refused, stillborn, .. } = self.members[index];
+        let Member { refused, has_joined, stillborn, .. } = self.members[index];
         self.members[index] = Member {
             refused,
+            has_joined,
             stillborn,
             ..Member::hosted(&self.session, self.plane, self.payload_bytes_max, id)?
         };
@@ -650,6 +670,12 @@ impl Roster {
             true if self.processes.on_hang == OnHang::Restart => None,
             by_hand => self.processes.join_timeout(by_hand),
         }
+    }
+
+    /// Which of the controllers a robot has.
+    fn controller_of(&self, index: usize) -> usize {
+        let mut controllers = self.controllers.iter();
+        controllers.position(|it| it.robots.contains(index as u32)).expect("every robot has a controller")
     }
 
     fn is_by_hand(&self, index: usize) -> bool {
@@ -781,6 +807,7 @@ impl Member {
             process: None,
             state: AgentState::expected(),
             refused: 0,
+            has_joined: false,
             stillborn: 0,
             notes: Notes::default(),
         })

@@ -4,16 +4,26 @@ use std::fs;
 
 use anyhow::Context;
 use files::WriteError;
-use scenario::RobotSet;
+use scenario::{Origin, Place, RobotSet, Scenario};
 use serde::{Deserialize, Serialize};
 use transport::run_dir::RunDir;
 
 use crate::PlayOptions;
 
+/// All that a supervised arena is told beside the scenario.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Assignment {
+    /// Its work.
+    pub work: Work,
+    /// Where the user has written each controller, as far as that is known: of the resolved scenario nobody knows the
+    /// lines.
+    places: Vec<Option<String>>,
+}
+
 /// Runs or trials that a supervised arena has to play.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Assignment {
+pub enum Work {
     /// One run.
     Run {
         /// How it is played.
@@ -28,6 +38,22 @@ pub enum Assignment {
 }
 
 impl Assignment {
+    /// To do `work` with `scenario`.
+    pub fn new(work: Work, scenario: &Scenario) -> Self {
+        let place = |origin: &Origin| origin.0.as_ref().map(Place::to_string);
+        Self {
+            work,
+            places: scenario.controllers.iter().map(|controller| place(&controller.origin)).collect(),
+        }
+    }
+
+    /// Lets errors about controllers of the resolved `scenario` name the places where the user has written them.
+    pub fn tell_places(&self, scenario: &mut Scenario) {
+        for (controller, place) in scenario.controllers.iter_mut().zip(&self.places) {
+            controller.origin = Origin(place.clone().map(Place::File));
+        }
+    }
+
     /// Writes it for the arena of `run`.
     ///
     /// # Errors
@@ -45,7 +71,9 @@ impl Assignment {
         let named = || path.display().to_string();
         serde_json::from_slice(&fs::read(&path).with_context(named)?).with_context(named)
     }
+}
 
+impl Work {
     /// Robots that the supervisor leaves to be started by hand.
     pub fn by_hand(&self) -> Option<&RobotSet> {
         match self {
@@ -84,7 +112,8 @@ mod tests {
         let words = words.split(' ').map(OsStr::new).chain([OsStr::from_bytes(b"--out=-caf\xe9")]);
         let options = Cli::try_parse_from(words).unwrap_or_else(|error| panic!("{error}")).options;
         let by_hand = Some("1,4-6".parse().unwrap());
-        let written = Assignment::Run { options, by_hand, is_shown: true };
+        let work = Work::Run { options, by_hand, is_shown: true };
+        let written = Assignment { work, places: vec![Some("s.toml:7".into()), None] };
         let read: Assignment = serde_json::from_slice(&serde_json::to_vec(&written).unwrap()).unwrap();
         assert_eq!(format!("{read:?}"), format!("{written:?}"));
         assert!(format!("{read:?}").contains(r"-caf\xE9"));

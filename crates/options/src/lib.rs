@@ -21,7 +21,7 @@ use protocol::setup::Mode;
 use scenario::{Override, OverrideError, Scenario, ScenarioError, Seed};
 use serde::{Deserialize, Serialize};
 
-pub use assignment::Assignment;
+pub use assignment::{Assignment, Work};
 
 /// Longest wall time of a step, seconds: a year. Beyond what clocks count, nothing would be held back at all.
 const STEP_WALL_MAX_S: f64 = 365.0 * 86_400.0;

@@ -134,7 +134,7 @@ impl Controller {
     }
 
     /// An error about this entry, where it was written.
-    pub(super) fn error(&self, message: String, hint: &str) -> ScenarioError {
+    pub fn error(&self, message: String, hint: &str) -> ScenarioError {
         let place = self.origin.0.clone().unwrap_or_else(|| Place::File("the scenario".into()));
         ScenarioError { place, message, hint: Some(hint.into()) }
     }

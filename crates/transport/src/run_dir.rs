@@ -11,6 +11,7 @@
 //! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
 //! over-ROBOT-LIFE   this life is over; for them
 //! notes-ROBOT-LIFE  names of the notes of this life, if it has any
+//! said-HASH   an agent has said this of its controller, so that others need not
 //! iox2/       iceoryx2's service and node files
 //! ```
 //!
@@ -27,6 +28,7 @@
 use std::{
     fmt, fs,
     fs::{File, TryLockError},
+    hash::{DefaultHasher, Hash, Hasher},
     io,
     path::{Path, PathBuf},
     thread,
@@ -408,6 +410,15 @@ impl RunDir {
 
     fn note_names_path(&self, id: RobotId) -> PathBuf {
         self.path().join(format!("notes-{}-{}", id.index, id.incarnation))
+    }
+
+    /// An agent asks whether it is the first of the run to say `words`: a swarm that has one reason gives it once.
+    pub fn is_first_to_say(&self, words: &str) -> bool {
+        let mut hasher = DefaultHasher::new();
+        words.hash(&mut hasher);
+        let file = File::create_new(self.path().join(format!("said-{:016x}", hasher.finish())));
+        // What cannot be known is said.
+        !file.is_err_and(|error| error.kind() == io::ErrorKind::AlreadyExists)
     }
 
     /// The arena says that a life is over that nobody ends: its agent may be asleep until the next

@@ -16,7 +16,7 @@ use anyhow::{Context, anyhow};
 use coverage::law::Law;
 use engine::{StopFlag, summary::Ending};
 use observe::trial::Record;
-use options::Assignment;
+use options::Work;
 use processes::signals::raise_on_stop;
 use protocol::setup::Mode;
 use scenario::{Controller, RobotSet, Scenario};
@@ -268,7 +268,7 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
         let following = course.present().filter(|_| goes_on).map(|trial| trial.scenario);
         Ok(following.filter(|scenario| self::bodies(scenario) == bodies).map(|scenario| scenario.to_toml()))
     });
-    let outcome = supervisor::run(&Assignment::Trials, &run, &scenario, watch, Some(next_trial));
+    let outcome = supervisor::run(Work::Trials, &run, &scenario, watch, Some(next_trial));
     run.remove_own(owner)?;
     let nothing_came = before == (course.missing.len(), course.is_second_time);
     match (failed, outcome) {
