@@ -5,9 +5,12 @@
 
 #![forbid(unsafe_code)]
 
+mod by_hand;
 mod lockstep;
+mod member;
 mod profiling;
 mod realtime;
+mod remains;
 mod roster;
 mod second_core;
 mod supervisor_link;

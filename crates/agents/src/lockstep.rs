@@ -13,7 +13,10 @@ use squad::{
     Answers, Awaited, Incident, RobotStatus, Squad, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
 };
 
-use crate::roster::{Heard, HostConfig, Roster};
+use crate::{
+    member::Heard,
+    roster::{HostConfig, Roster},
+};
 
 /// How long the arena sleeps before it asks whether who is missing is still alive.
 const ALIVE_POLL: Duration = Duration::from_millis(20);
@@ -96,7 +99,7 @@ impl Lockstep {
             for &index in &*missing {
                 if was_late && late {
                     self.members.give_up_on(index, tick)?;
-                } else if !self.members.bury_if_dead(index, tick)? {
+                } else if !self.members.end_if_dead(index, tick)? {
                     waited_for.push(index);
                 }
             }

@@ -18,7 +18,10 @@ use squad::{
     Answers, Awaited, Incident, RobotStatus, Squad, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
 };
 
-use crate::roster::{Heard, HostConfig, Roster};
+use crate::{
+    member::Heard,
+    roster::{HostConfig, Roster},
+};
 
 /// A command stands for this many neighbor cycles if no newer one comes: agents' timers drift
 /// against the arena's, so that a cycle may see no command of an agent and the next one two. After

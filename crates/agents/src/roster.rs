@@ -3,7 +3,7 @@
 
 use std::{
     collections::BTreeSet,
-    fmt, fs, io, mem,
+    fs, io,
     ops::RangeInclusive,
     thread,
     time::{Duration, Instant},
@@ -12,7 +12,6 @@ use std::{
 use processes::{Process, State};
 use protocol::{
     codec,
-    command::Answer,
     notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
@@ -20,8 +19,7 @@ use protocol::{
 };
 use scenario::{Controller, OnHang, ProcessAction, ProcessFault, ProcessesSpec, RobotSet, Scenario};
 use squad::{
-    Answers, Awaited, Incident, Participation, RobotStatus, SquadError, WaitingSink, moment::Moment,
-    stop::StopFlag,
+    Answers, Awaited, Incident, RobotStatus, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
 };
 use transport::{
     control::Event,
@@ -36,7 +34,10 @@ use transport::{
 };
 
 use crate::{
+    by_hand::HandCalls,
+    member::{AgentState, Heard, Member},
     profiling::{Measure, Recorder},
+    remains::Remains,
     second_core::SecondCore,
     supervisor_link::{Link, Lost},
 };
@@ -49,16 +50,10 @@ const READS_MAX: usize = 8;
 const STILLBORN_MAX: u32 = 5;
 /// How often the arena looks for agents that join.
 const JOIN_POLL: Duration = Duration::from_millis(5);
-/// How long the arena keeps what a life has left for the news that its process has died. Without
-/// the news, a few small files stay until the run ends.
-const DYING: Duration = Duration::from_secs(10);
 /// How often the arena looks whether an agent that was started by hand has died as it joined.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
-/// Time between two lines that tell which robots wait to be started by hand: whoever is busy with a debugger should
-/// not have to look for it, nor be disturbed.
-const CALL_EVERY: Duration = Duration::from_secs(30);
 
 /// Configuration with which the arena hosts agents.
 #[derive(Debug)]
@@ -71,56 +66,6 @@ pub struct HostConfig {
     pub by_hand: Option<RobotSet>,
     /// How the agents are measured, if they are.
     pub measure: Option<Measure>,
-}
-
-/// Content of an uplink.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Heard {
-    /// Nothing of use.
-    Nothing,
-    /// A command, and the tick it answers.
-    Command(Tick, Answer),
-    /// An answer that cannot be carried out: the robot stands still and is silent.
-    Refused,
-}
-
-/// One robot's agent.
-#[derive(Debug)]
-pub(crate) struct Member {
-    pub(crate) id: RobotId,
-    ports: Option<ArenaPorts>,
-    pub(crate) process: Option<Process>,
-    pub(crate) state: AgentState,
-    pub(crate) refused: u64,
-    /// Whether a life of it has joined.
-    has_joined: bool,
-    /// Lives in a row that have ended before they joined, or never did.
-    stillborn: u32,
-    /// Its notes for those who watch, with its last command.
-    notes: Notes,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum AgentState {
-    /// Its services stand since then; nobody has come yet.
-    Expected { since: Moment },
-    /// It takes part.
-    Present,
-    /// The plan has stopped it; it may not have come before that.
-    Paused { joined: bool },
-    /// The plan has killed it.
-    Down,
-    /// It is left out for good, unplanned.
-    Out,
-}
-
-/// A life that is over for the arena, until its process has ended too: SIGKILL takes its time.
-#[derive(Debug)]
-struct Remains {
-    id: RobotId,
-    process: Option<Process>,
-    since: Moment,
-    ports: ArenaPorts,
 }
 
 /// All agents of a run.
@@ -143,16 +88,12 @@ pub(crate) struct Roster {
     pub(crate) members: Vec<Member>,
     /// Minds of the robots.
     controllers: Vec<Controller>,
-    /// Robots driven by hand, as the run's folder tells.
-    by_hand: Vec<ByHand>,
-    /// When somebody was last called to start them.
-    called: Option<Moment>,
+    by_hand: HandCalls,
     /// When it was last looked whether somebody by hand has died as they joined.
     looked: Instant,
     /// What was done about robots that did not join, by their controllers: each is told once.
     told: BTreeSet<(usize, String)>,
-    /// In no order; one per robot that ends, for the time its process takes to die.
-    remains: Vec<Remains>,
+    remains: Remains,
     incidents: Vec<Incident>,
 }
 
@@ -170,8 +111,8 @@ impl Roster {
         let members = (0..robots)
             .map(|index| Member::hosted(&session, plane, payload_bytes_max, RobotId::first(index)))
             .collect::<Result<Vec<_>, _>>()?;
-        let by_hand: Vec<ByHand> = driven_by_hand(&members, &host, &scenario.controllers).collect();
-        run.tell_by_hand(&by_hand).map_err(|error| failed("the list of robots driven by hand", error))?;
+        let by_hand = HandCalls::begin(run, driven_by_hand(&members, &host, &scenario.controllers))
+            .map_err(|error| failed("the list of robots driven by hand", error))?;
         // The doorbell comes last: an agent that finds it finds everything.
         let doorbell =
             Doorbell::create(&run.doorbell_path()).map_err(|error| failed("the doorbell", error))?;
@@ -190,10 +131,9 @@ impl Roster {
             members,
             controllers: scenario.controllers.clone(),
             by_hand,
-            called: None,
             looked: Instant::now(),
             told: BTreeSet::new(),
-            remains: Vec::new(),
+            remains: Remains::default(),
             incidents: Vec::new(),
         })
     }
@@ -327,7 +267,7 @@ impl Roster {
     pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
         let lost: Vec<Lost> = self.host.link.lost().collect();
         lost.iter().try_for_each(|lost| self.on_process_exit(lost, tick))?;
-        self.remove_remains(&lost);
+        self.remains.remove_dead(&self.host.run, &lost);
         self.on_death_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let AgentState::Expected { since } = self.members[index].state else { continue };
@@ -491,7 +431,7 @@ impl Roster {
     }
 
     /// Deals with agent `index` if its process has died. Returns whether it had.
-    pub(crate) fn bury_if_dead(&mut self, index: usize, tick: Tick) -> Result<bool, SquadError> {
+    pub(crate) fn end_if_dead(&mut self, index: usize, tick: Tick) -> Result<bool, SquadError> {
         let member = &self.members[index];
         let dead = member.process.is_some_and(|process| process.state() == State::Dead);
         if dead {
@@ -630,7 +570,7 @@ impl Roster {
                 }
                 remove_dead_files(&self.host.run, vec![ports]);
             }
-            false => self.remains.push(Remains { id, process, since: Moment::now(), ports }),
+            false => self.remains.keep(id, process, ports),
         }
     }
 
@@ -650,25 +590,11 @@ impl Roster {
         Ok(self.members[index].state)
     }
 
-    /// Removes what ended lives have left whose processes have died: those of `lost`, or so the
-    /// operating system says.
-    fn remove_remains(&mut self, lost: &[Lost]) {
-        let is_dead = |process: Process| process.state() == State::Dead;
-        let is_over = |remains: &mut Remains| {
-            lost.iter().any(|lost| lost.id == remains.id)
-                || remains.process.is_some_and(is_dead)
-                || remains.since.elapsed() > DYING
-        };
-        let over = self.remains.extract_if(.., is_over).map(|remains| remains.ports).collect::<Vec<_>>();
-        remove_dead_files(&self.host.run, over);
-    }
-
     /// How long robot `index` is waited for; `None` for without limit.
     fn join_timeout(&self, index: usize) -> Option<Duration> {
         match self.is_by_hand(index) {
-            // To be started anew is what it waits for.
-            true if self.processes.on_hang == OnHang::Restart => None,
-            by_hand => self.processes.join_timeout(by_hand),
+            true => hand_patience(&self.processes),
+            false => self.processes.join_timeout(false),
         }
     }
 
@@ -682,41 +608,20 @@ impl Roster {
         self.host.is_by_hand(index as u32)
     }
 
-    /// Tells which robots wait to be started by hand: in the run's folder as soon as that changes, and to whoever
-    /// reads the log then and now and then.
+    /// Calls for robots that wait to be started by hand, anew as soon as it is others.
     fn call_by_hand(&mut self) {
-        if self.by_hand.is_empty() {
+        let Self { members, host, controllers, processes, by_hand, .. } = self;
+        if by_hand.robots().is_empty() {
             return;
         }
-        let Self { members, host, controllers, by_hand, called, .. } = &mut *self;
         let is_as_known = |robot: &ByHand| {
             let member = &members[robot.id.index as usize];
             (member.id, member.is_expected()) == (robot.id, robot.is_awaited)
         };
-        if !by_hand.iter().all(is_as_known) {
-            let known = mem::take(by_hand);
-            by_hand.extend(driven_by_hand(members, host, controllers));
-            // Who is fewer than before need not be called again.
-            if by_hand.iter().any(|robot| robot.is_awaited && !known.contains(robot)) {
-                *called = None;
-            }
-            if let Err(error) = host.run.tell_by_hand(by_hand) {
-                tracing::warn!("agents started by hand cannot be told what they may join: {error}");
-            }
+        if !by_hand.robots().iter().all(is_as_known) {
+            by_hand.change(&host.run, driven_by_hand(members, host, controllers));
         }
-        if called.is_some_and(|called| called.elapsed() < CALL_EVERY) {
-            return;
-        }
-        *called = Some(Moment::now());
-        let awaited = self.by_hand.iter().filter(|robot| robot.is_awaited);
-        let Some(set) = RobotSet::of(awaited.clone().map(|robot| robot.id.index)) else { return };
-        let Some(ByHand { id: first, command, .. }) = awaited.clone().next() else { return };
-        let (run, count) = (self.host.run.name(), awaited.count());
-        let (robots, each) = if count == 1 { ("robot", "") } else { ("robots", ", each by its number") };
-        let within = self.join_timeout(first.index as usize);
-        let within = within.map_or(String::new(), |patience| format!(" within {patience:?}"));
-        // A warning, because without a hand the run stands, with --quiet too.
-        tracing::warn!("run `{run}` waits for {robots} {set} to be started by hand{within}{each}: {command}");
+        by_hand.call(&host.run, hand_patience(processes));
     }
 }
 
@@ -739,17 +644,23 @@ fn program_of(controllers: &[Controller], id: RobotId) -> String {
 }
 
 /// The robots that are driven by hand, and whether they wait to be.
-fn driven_by_hand<'a>(
-    members: &'a [Member],
-    host: &'a HostConfig,
-    controllers: &'a [Controller],
-) -> impl Iterator<Item = ByHand> + 'a {
+fn driven_by_hand(members: &[Member], host: &HostConfig, controllers: &[Controller]) -> Vec<ByHand> {
     let theirs = members.iter().filter(|member| host.is_by_hand(member.id.index));
-    theirs.map(|member| ByHand {
+    let by_hand = |member: &Member| ByHand {
         id: member.id,
         is_awaited: member.is_expected(),
         command: host.agent_command(controllers, member.id),
-    })
+    };
+    theirs.map(by_hand).collect()
+}
+
+/// How long robots are waited for that are started by hand; `None` for without limit.
+fn hand_patience(processes: &ProcessesSpec) -> Option<Duration> {
+    match processes.on_hang {
+        // To be started anew is what they wait for.
+        OnHang::Restart => None,
+        OnHang::Exclude | OnHang::Fail => processes.join_timeout(true),
+    }
 }
 
 /// Names of the notes of a life that has just told them; without any, its notes are not shown.
@@ -771,64 +682,4 @@ fn tell_setup(run: &RunDir, scenario: &Scenario, mode: Mode) -> Result<(), Squad
     let others: Vec<_> = others.iter().map(|it| (it.robots.iter().collect(), setup(it))).collect();
     run.tell_setups(&setup(first), &others)
         .map_err(|error| SquadError(format!("cannot make the agents' setup: {}", explained(error))))
-}
-
-impl From<AgentState> for Participation {
-    fn from(state: AgentState) -> Self {
-        match state {
-            AgentState::Expected { .. } => Self::Expected,
-            AgentState::Present => Self::Present,
-            AgentState::Paused { .. } => Self::Paused,
-            AgentState::Down => Self::Down,
-            AgentState::Out => Self::Out,
-        }
-    }
-}
-
-impl AgentState {
-    /// From now on.
-    fn expected() -> Self {
-        Self::Expected { since: Moment::now() }
-    }
-}
-
-impl Member {
-    /// A robot whose agent may come.
-    fn hosted(
-        session: &Session,
-        plane: Plane,
-        payload_bytes_max: usize,
-        id: RobotId,
-    ) -> Result<Self, SquadError> {
-        let ports = Some(session.host(id, plane, payload_bytes_max).map_err(SquadError::new)?);
-        Ok(Self {
-            id,
-            ports,
-            process: None,
-            state: AgentState::expected(),
-            refused: 0,
-            has_joined: false,
-            stillborn: 0,
-            notes: Notes::default(),
-        })
-    }
-
-    fn is_expected(&self) -> bool {
-        matches!(self.state, AgentState::Expected { .. })
-    }
-
-    /// Counts a refusal; shows the first.
-    fn refuse(&mut self, why: impl fmt::Display) {
-        self.refused += 1;
-        if self.refused == 1 {
-            tracing::warn!("a command of {} is refused: {why} (more are counted, not shown)", self.named());
-        }
-    }
-
-    fn named(&self) -> String {
-        match self.process {
-            Some(process) => format!("{} (pid {})", self.id, process.pid()),
-            None => self.id.to_string(),
-        }
-    }
 }

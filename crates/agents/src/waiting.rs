@@ -7,7 +7,7 @@ use protocol::percept::Tick;
 use squad::{Awaited, NAMED_MAX, Waited, Waiting, WaitingSink, moment::Moment};
 use transport::raw::BOOT_TICK;
 
-use crate::roster::{Member, Roster};
+use crate::{member::Member, roster::Roster};
 
 /// Time between two words about who is waited for.
 const EVERY: Duration = Duration::from_millis(100);

@@ -50,7 +50,6 @@ pub struct ArenaPorts {
 }
 
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "in lock-step all robots have the largest")]
 enum ArenaEnds {
     Blackboard(blackboard::ArenaPorts),
     Queues(publish_subscribe::ArenaPorts<RawDelivery>),
