@@ -10,12 +10,12 @@ use std::{
 
 use tests::programs::{lamplight, said};
 
-/// Six robots with the program `mind` beside the file, which is whose entry is in line 6.
+/// Six robots with the program `a mind` beside the file, which is whose entry is in line 6.
 const SCENARIO: &str = "duration_s = 2\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 6\nchannel.range_m = 1\n\
-                        [[controller]]\nprogram = [\"./mind\"]\n[processes]\njoin_timeout_s = 1\n";
+                        [[controller]]\nprogram = [\"./a mind\"]\n[processes]\njoin_timeout_s = 1\n";
 
 fn scenario(folder: &Path, program: &str) -> PathBuf {
-    let mind = folder.join("mind");
+    let mind = folder.join("a mind");
     fs::write(&mind, program).unwrap();
     fs::set_permissions(&mind, fs::Permissions::from_mode(0o755)).unwrap();
     let file = folder.join("six.toml");

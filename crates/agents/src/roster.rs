@@ -637,10 +637,12 @@ impl HostConfig {
     }
 }
 
-/// The program that thinks for a robot, with its first arguments.
+/// The program that thinks for a robot, with its first arguments, as a shell takes them.
 fn program_of(controllers: &[Controller], id: RobotId) -> String {
     let mut theirs = controllers.iter().filter(|controller| controller.robots.contains(id.index));
-    theirs.find_map(Controller::program).map_or("robot-agent".into(), |program| program.command.join(" "))
+    let Some(program) = theirs.find_map(Controller::program) else { return "robot-agent".into() };
+    let words = program.command.iter().map(String::as_str);
+    shlex::try_join(words).unwrap_or_else(|_| program.command.join(" "))
 }
 
 /// The robots that are driven by hand, and whether they wait to be.
