@@ -8,11 +8,10 @@
 //! Graham finds the edges. No bounding box is needed, so nothing is lost to its size; vertices are
 //! crossings of two lines, each computed once.
 
-use crate::setup::Closure;
 use arrayvec::ArrayVec;
 
 use crate::{
-    closure::{self, Opening},
+    closure::{self, Closure, Opening},
     half_plane::HalfPlane,
     polygon::{HALF_PLANES_MAX, Polygon},
 };

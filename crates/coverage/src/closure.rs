@@ -14,9 +14,10 @@ use core::{
     mem,
 };
 
-use crate::setup::Closure;
 use arrayvec::ArrayVec;
 use nalgebra::Vector2;
+use protocol::units::Meters;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     half_plane::HalfPlane,
@@ -25,6 +26,19 @@ use crate::{
 
 /// Bearings count as opposite, or as the same, within this angle in radians.
 pub const GAP_EPSILON: f64 = 1e-9;
+
+/// How to close a cell that neighbors and walls leave open (Section V.B, Fig. 6).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Closure {
+    /// Base of the isosceles triangle for a single bearing.
+    pub triangle_base: Meters,
+    /// Height of that triangle.
+    pub triangle_height: Meters,
+    /// Distance of the line that closes a gap of π or more.
+    pub close_distance: Meters,
+    /// Apothem of the regular 24-gon that every cell is cut to, if any.
+    pub cap: Option<Meters>,
+}
 
 /// How the bearings of the known half-planes lie around the robot.
 #[derive(Clone, Debug, PartialEq)]

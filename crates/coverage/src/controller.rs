@@ -10,6 +10,7 @@ use protocol::{
 
 use crate::{
     cell::{COINCIDENT_M, HalfPlanes, cut_cell},
+    control_law::Situation,
     half_plane::HalfPlane,
     law,
     neighbors::NeighborTable,
@@ -82,7 +83,9 @@ impl Controller for CoverageController {
         let mut cell = Polygon::new();
         self.cut_cell(&mut cell, percept);
         stages.passed(Stage::Cell);
-        let goal = law::goal(&cell, percept, &self.neighbors, &self.setup, stages);
+        let Self { setup, neighbors } = &*self;
+        let situation = Situation { cell: &cell, percept, neighbors, gradient: setup.gradient };
+        let goal = law::goal(setup.law, &situation, stages);
         stages.passed(Stage::Centroid);
         let velocity = goal.map_or(BodyVector::HERE, |goal| self.velocity(goal));
         Command { estimated_error: goal, velocity, payload: reading::payload(percept.light.value) }

@@ -1,15 +1,24 @@
 //! The robot's picture of the sensory function: φ̂(q) = φ(p) + ∇φ · (q − p) (eq. 13), here with
 //! p = 0, so c1 = φ(p) and the gradient is [c2 c3]ᵀ.
 
-use crate::setup::GradientMode;
 use nalgebra::Vector2;
 use protocol::{
     frame::BodyVector,
     percept::{Light, Stimulus},
     units::Meters,
 };
+use serde::{Deserialize, Serialize};
 
 use crate::polygon::{Polygon, clip};
+
+/// How the robot gets the gradient of φ.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum GradientMode {
+    /// As its sensor measures it (Section IV).
+    Measured,
+    /// A fixed magnitude, per meter, towards the stimulus (Section V).
+    Fixed(f64),
+}
 
 /// An affine estimate of φ around the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,37 +7,13 @@ mod linear;
 mod quadratic;
 mod uniform;
 
-use nalgebra::Vector2;
 use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
-    percept::Percept,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{neighbors::NeighborTable, setup::CoverageSetup};
-
-/// All that a law may go by: what a robot knows in one cycle.
-struct Situation<'a> {
-    /// The robot's cell, which is not empty.
-    cell: &'a [Vector2<f64>],
-    percept: &'a Percept,
-    neighbors: &'a NeighborTable,
-    setup: &'a CoverageSetup,
-}
-
-/// A control law.
-trait ControlLaw {
-    /// Whether the robot must be shown the true field, which nobody senses.
-    const NEEDS_FIELD: bool = false;
-    /// Whether the law goes by the light, of which there must then be some.
-    const GOES_BY_LIGHT: bool = true;
-    /// Whether the law cuts the cell to V+, and tells `stages` of it.
-    const TRUNCATES: bool = false;
-
-    /// The estimated centroid Ĉ relative to the robot; `None` means stay.
-    fn goal(situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector>;
-}
+use crate::control_law::{ControlLaw, Situation};
 
 macro_rules! laws {
     ($($(#[$doc:meta])* $file:ident::$Law:ident,)*) => {
@@ -100,22 +76,17 @@ fn goal_by<L: ControlLaw>(situation: &Situation<'_>, stages: &mut dyn StageObser
     L::goal(situation, stages)
 }
 
-/// The estimated centroid Ĉ of `cell` relative to the robot; `None` means stay. An empty cell has none.
+/// The estimated centroid Ĉ relative to the robot by `law`; `None` means stay. An empty cell has none.
 ///
 /// Tells `stages` of [`Stage::Truncation`] once, at once where nothing is truncated; what comes after it is the
 /// centroid's.
-pub fn goal(
-    cell: &[Vector2<f64>],
-    percept: &Percept,
-    neighbors: &NeighborTable,
-    setup: &CoverageSetup,
-    stages: &mut dyn StageObserver,
-) -> Option<BodyVector> {
-    if cell.is_empty() || !setup.law.truncates() {
+pub fn goal(law: Law, situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector> {
+    let is_empty = situation.cell.is_empty();
+    if is_empty || !law.truncates() {
         stages.passed(Stage::Truncation);
     }
-    if cell.is_empty() {
+    if is_empty {
         return None;
     }
-    setup.law.goal(&Situation { cell, percept, neighbors, setup }, stages)
+    law.goal(situation, stages)
 }

@@ -18,6 +18,7 @@ extern crate std;
 pub mod cell;
 pub mod centroid;
 pub mod closure;
+pub mod control_law;
 pub mod controller;
 pub mod estimate;
 pub mod fit;

@@ -1,31 +1,11 @@
 //! Parameters of the controller: the same for every robot that they are given to, and silent about how many there are.
 
-use protocol::units::{Meters, MetersPerSecond};
+use protocol::units::MetersPerSecond;
 use serde::{Deserialize, Serialize};
 
 use crate::law::Law;
 
-/// How the robot gets the gradient of φ.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum GradientMode {
-    /// As its sensor measures it (Section IV).
-    Measured,
-    /// A fixed magnitude, per meter, towards the stimulus (Section V).
-    Fixed(f64),
-}
-
-/// How to close a cell that neighbors and walls leave open (Section V.B, Fig. 6).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Closure {
-    /// Base of the isosceles triangle for a single bearing.
-    pub triangle_base: Meters,
-    /// Height of that triangle.
-    pub triangle_height: Meters,
-    /// Distance of the line that closes a gap of π or more.
-    pub close_distance: Meters,
-    /// Apothem of the regular 24-gon that every cell is cut to, if any.
-    pub cap: Option<Meters>,
-}
+pub use crate::{closure::Closure, estimate::GradientMode};
 
 /// Parameters of a robot's controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use scenario::{Origin, Place, RobotSet, Scenario};
 use serde::{Deserialize, Serialize};
 use transport::run_dir::RunDir;
 
-use crate::PlayOptions;
+use crate::run_options::PlayOptions;
 
 /// All that a supervised arena is told beside the scenario.
 #[derive(Clone, Debug, Serialize, Deserialize)]

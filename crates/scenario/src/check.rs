@@ -8,14 +8,14 @@ use std::iter;
 use coverage::reading::READING_BYTES;
 use protocol::percept::COMPONENTS_MAX;
 
-use super::Scenario;
 use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::controller::{Gradient, LawSpec};
 use super::fault;
-use super::file::FieldSpec;
+use super::file::field::FieldSpec;
 use super::light::{COUNTS_MAX, LightSpec};
 use super::number::Positive;
 use super::problem::{Problem, ensure, problem};
+use super::scenario::Scenario;
 use super::steps::ROUNDING;
 
 /// Largest gain k times tick length: the Euler step overshoots the centroid by more than half beyond it.
@@ -67,7 +67,10 @@ pub(super) fn check(scenario: &Scenario, is_given: &dyn Fn(&str) -> bool) -> Res
     air(&scenario.channel)?;
     fast_clocks(scenario)?;
     measurement(scenario)?;
-    fault::check(scenario, is_given)
+    fault::check::check(&scenario.fault, &scenario.setting(), is_given)?;
+    ensure(!scenario.fuzz.kinds.is_empty(), || {
+        problem(&["fuzz.kinds"], "fuzz.kinds is empty: no fault can be drawn")
+    })
 }
 
 fn time(scenario: &Scenario) -> Result<(), Problem> {

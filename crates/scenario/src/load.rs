@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use super::Scenario;
 use super::error::{Place, ScenarioError};
 use super::overrides::Override;
+use super::scenario::Scenario;
 
 /// Largest scenario, bytes: room for the places and headings of [`MAX_ROBOTS`](super::MAX_ROBOTS) robots with every
 /// digit. A pipe or a device may have no end.

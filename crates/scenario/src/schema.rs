@@ -2,7 +2,7 @@
 
 use schemars::generate::SchemaSettings;
 
-use super::file::File;
+use super::file::whole::File;
 
 /// The JSON Schema (draft 7, which editors' TOML tools read) of a scenario file, ending in a newline.
 pub fn schema_json() -> String {

@@ -1,12 +1,10 @@
 //! Times in whole steps: bounded, rounded, and what was rounded.
 //!
-//! In:  a scenario with its times as they were written.
-//! Out: the same with whole numbers of steps for all times that are counted in steps, and a [`Rounded`] for each that
-//!      was none; or the first time that is too long to be counted.
+//! In:  times as they were written.
+//! Out: whole numbers of steps, and a [`Rounded`] for each time that was none; or a time that is too long to be counted.
 
 use std::fmt;
 
-use super::Scenario;
 use super::error::Place;
 use super::problem::{Problem, ensure, problem};
 
@@ -57,6 +55,11 @@ pub(super) fn whole_part(quotient: f64) -> u64 {
     (quotient + slack(quotient)) as u64
 }
 
+/// The whole number of steps that is nearest to a time.
+pub(super) fn nearest(time_s: f64, step_s: f64) -> u64 {
+    (time_s / step_s).round() as u64
+}
+
 /// When step `steps` is, seconds; in nine decimals if these say it but for rounding.
 pub(super) fn time_of(steps: u64, step_s: f64) -> f64 {
     let exact = steps as f64 * step_s;
@@ -64,32 +67,12 @@ pub(super) fn time_of(steps: u64, step_s: f64) -> f64 {
     if (decimal - exact).abs() <= ROUNDING_SHARE * exact { decimal } else { exact }
 }
 
-/// Makes every time of `scenario` that is counted in steps a whole number of them, the nearest. `place_of` knows where
-/// a value was written, if it was.
-pub(super) fn settle(
-    scenario: &mut Scenario,
-    place_of: &dyn Fn(&str) -> Option<Place>,
-) -> Result<(), Problem> {
-    let mut settling = Settling { step_s: scenario.step_s.get(), place_of, rounded: Vec::new() };
-    settling.settle("duration_s", 1, Some(&mut scenario.duration_s))?;
-    settling.settle("output.metrics_every_s", 1, Some(&mut scenario.output.metrics_every_s))?;
-    settling.settle("output.poses_every_s", 1, scenario.output.poses_every_s.as_mut())?;
-    for (index, fault) in scenario.fault.iter_mut().enumerate() {
-        fault.settle(&|key| format!("fault.{index}.{key}"), &mut settling)?;
-    }
-    // These are the bounds of scenarios to come, which are settled in their turn.
-    let fuzz = &scenario.fuzz;
-    settling.bound("fuzz.duration_s", fuzz.duration_s.map_or(0.0, |duration| duration.get()))?;
-    settling.bound("fuzz.delay_max_s", fuzz.delay_max_s.get())?;
-    scenario.roundings = Roundings(settling.rounded);
-    Ok(())
-}
-
 /// Times on their way to whole numbers of steps.
 pub(super) struct Settling<'a> {
-    step_s: f64,
-    place_of: &'a dyn Fn(&str) -> Option<Place>,
-    rounded: Vec<Rounded>,
+    pub(super) step_s: f64,
+    /// Knows where a value was written, if it was.
+    pub(super) place_of: &'a dyn Fn(&str) -> Option<Place>,
+    pub(super) rounded: Vec<Rounded>,
 }
 
 impl Settling<'_> {
@@ -106,7 +89,7 @@ impl Settling<'_> {
         let Some(time) = time else { return Ok(()) };
         let (written_s, step_s): (f64, f64) = ((*time).into(), self.step_s);
         self.bound(path, written_s)?;
-        let steps = ((written_s / step_s).round() as u64).max(steps_min);
+        let steps = nearest(written_s, step_s).max(steps_min);
         if is_near(written_s / step_s, steps) {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use super::channel::{ChannelModel, ChannelSpec, Medium};
-use super::fault::Fault;
+use super::fault::kind::Fault;
 
 /// Cycles where every robot in reach is heard in each: silence means gone.
 const IF_ALL_IS_HEARD: NonZeroU32 = NonZeroU32::MIN;

@@ -15,7 +15,7 @@ use arena::random::{Draws, Purpose};
 use scenario::{
     Capture, ChannelModel, ChannelSpec, Fault, FaultKind, Medium, NonNegative, Positive, Probability,
     Profile, Scenario, Seed,
-    fault::{self, Pick, ShareOf, Target},
+    fault::{Pick, ShareOf, Target},
     file::{AccessKey, ChannelKeys},
 };
 
@@ -54,7 +54,7 @@ fn faults(scenario: &Scenario) -> Vec<Fault> {
     let mut faults: Vec<Fault> = Vec::new();
     for place in 1..=count {
         let mut draws = Draws::of(scenario.seed.get(), Purpose::FuzzPlan, place, 0, 0);
-        let mut fault = fault::drawn(scenario, &kinds, spared, &mut || draws.unit());
+        let mut fault = scenario.draw_fault(&kinds, spared, &mut || draws.unit());
         // Who a share strikes is known only when it does, so shares may overlap.
         if faults.iter().any(|earlier| earlier.excludes(&fault, robots).is_some())
             && let Target::Robots(choice) = &mut fault.target

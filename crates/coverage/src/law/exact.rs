@@ -6,8 +6,11 @@
 use nalgebra::Vector2;
 use protocol::{controller::StageObserver, frame::BodyVector, percept::FieldComponent};
 
-use super::{ControlLaw, Situation};
-use crate::{quadrature::moments, refinement::FINE};
+use crate::{
+    control_law::{ControlLaw, Situation},
+    quadrature::moments,
+    refinement::FINE,
+};
 
 pub(super) struct Exact;
 

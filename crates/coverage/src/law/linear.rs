@@ -5,8 +5,12 @@ use protocol::{
     frame::BodyVector,
 };
 
-use super::{ControlLaw, Situation};
-use crate::{centroid, estimate::LinearField, polygon::Polygon};
+use crate::{
+    centroid,
+    control_law::{ControlLaw, Situation},
+    estimate::LinearField,
+    polygon::Polygon,
+};
 
 pub(super) struct Linear;
 
@@ -14,8 +18,8 @@ impl ControlLaw for Linear {
     const TRUNCATES: bool = true;
 
     fn goal(situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector> {
-        let Situation { cell, percept, setup, .. } = situation;
-        let estimate = LinearField::sensed(&percept.light, setup.gradient);
+        let Situation { cell, percept, gradient, .. } = *situation;
+        let estimate = LinearField::sensed(&percept.light, gradient);
         let mut part = Polygon::new();
         let positive = estimate.positive_part(cell, &mut part);
         stages.passed(Stage::Truncation);

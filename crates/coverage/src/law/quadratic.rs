@@ -11,14 +11,14 @@ use protocol::{
     frame::BodyVector,
 };
 
-use super::{ControlLaw, Situation, linear::Linear};
+use super::linear::Linear;
 use crate::{
     cell::COINCIDENT_M,
-    estimate::LinearField,
+    control_law::{ControlLaw, Situation},
+    estimate::{GradientMode, LinearField},
     fit::{self, Slope},
     polygon::Polygon,
     reading,
-    setup::GradientMode,
 };
 
 pub(super) struct Quadratic;
@@ -27,7 +27,7 @@ impl ControlLaw for Quadratic {
     const TRUNCATES: bool = true;
 
     fn goal(situation: &Situation<'_>, stages: &mut dyn StageObserver) -> Option<BodyVector> {
-        let Situation { cell, percept, neighbors, setup } = situation;
+        let Situation { cell, percept, neighbors, gradient } = *situation;
         let readings = neighbors
             .iter()
             .map(|neighbor| &neighbor.delivery)
@@ -35,11 +35,11 @@ impl ControlLaw for Quadratic {
             .filter_map(|heard| {
                 Some((BodyVector::polar(heard.range, heard.bearing).0, reading::shared_in(&heard.packet)?))
             });
-        let slope = match setup.gradient {
+        let slope = match gradient {
             GradientMode::Measured => Slope::Known,
             GradientMode::Fixed(_) => Slope::Assumed,
         };
-        let estimate = fit::quadratic(&LinearField::sensed(&percept.light, setup.gradient), slope, readings);
+        let estimate = fit::quadratic(&LinearField::sensed(&percept.light, gradient), slope, readings);
         let mut part = Polygon::new();
         let positive = estimate.linear.positive_part(cell, &mut part);
         stages.passed(Stage::Truncation);

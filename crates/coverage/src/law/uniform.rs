@@ -2,8 +2,11 @@
 
 use protocol::{controller::StageObserver, frame::BodyVector};
 
-use super::{ControlLaw, Situation};
-use crate::{centroid, estimate::LinearField};
+use crate::{
+    centroid,
+    control_law::{ControlLaw, Situation},
+    estimate::LinearField,
+};
 
 pub(super) struct Uniform;
 

@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Disc;
-use crate::number::Share;
+use crate::number::{Finite, Positive, Share, Xy};
 use crate::robot_set::{Link, RobotSet};
 
 /// Target of a fault.
@@ -49,6 +48,16 @@ pub enum Pick {
     Random,
     /// The nearest to the middle of the lamps when it begins.
     NearestLamps,
+}
+
+/// A disc of the arena.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// Its center, [x, y] in meters.
+    pub center_m: Xy<Finite>,
+    /// Its radius in meters.
+    pub radius_m: Positive,
 }
 
 /// Which packets of the chosen robots are struck.

@@ -42,6 +42,16 @@ pub struct LampSpec {
     pub half_distance_m: Positive,
 }
 
+impl FieldSpec {
+    /// Largest reading of a light sensor, about.
+    pub(crate) fn counts_max(&self) -> f64 {
+        let peaks = self.lamp.iter().map(|lamp| lamp.peak.get().abs());
+        let gaussians = self.gaussian.iter().map(|peak| (peak.gamma.get() / peak.sigma_m.get()).abs());
+        let sum = self.offset.get().abs() + peaks.chain(gaussians).sum::<f64>();
+        if sum > 0.0 { sum } else { 1.0 }
+    }
+}
+
 impl Default for FieldSpec {
     fn default() -> Self {
         Self { offset: constant!(Finite, 0.0), gaussian: Vec::new(), lamp: Vec::new() }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::fault::FaultKind;
+use crate::fault::kind::FaultKind;
 use crate::number::{FaultCount, Positive, Probability, Share};
 
 /// Bounds of the random fault plans of `lamplight fuzz`.

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Drawer, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
 use crate::number::Probability;
 
 /// Packets are lost, each by its own chance.

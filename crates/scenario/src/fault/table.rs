@@ -6,10 +6,13 @@
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::{Choice, Direction, Disc, Fault, FaultKind, Pick, ShareOf, Strikes, Target, Window};
+use super::kind::{Fault, FaultKind, Kind};
+use super::nature::{Strikes, Window};
+use super::own_keys::OwnKeys;
+use super::target::{Choice, Direction, Disc, Pick, ShareOf, Target};
 use crate::document::Document;
 use crate::error::{Origin, ScenarioError};
 use crate::explain::suggestion;
@@ -17,9 +20,9 @@ use crate::number::{NonNegative, Share};
 use crate::problem::{Problem, ensure, problem};
 use crate::robot_set::{Link, RobotSet};
 
-/// The keys that kinds share; which of them one has, its [`Nature`](super::Nature) says.
+/// The keys that kinds share; which of them one has, its [`Nature`](super::nature::Nature) says.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-pub(super) struct CommonKeys {
+struct CommonKeys {
     /// When it begins, seconds; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     from_s: Option<NonNegative>,
@@ -63,7 +66,7 @@ pub(crate) fn read(document: &Document<'_>, index: usize) -> Result<Fault, Scena
     let is_common = |key: &str| kind.nature().keys().any(|common| common == key);
     let common: CommonKeys = document.read(&path, is_common)?;
     let parameters = kind
-        .read(Own { document, path: &path, is_common: &is_common })
+        .read(OwnKeys { document, path: &path, is_common: &is_common })
         .map_err(|error| misfit(document, &path, kind).map_or(error, |problem| document.blame(problem)))?;
     let blame = |problem| document.blame(problem);
     Ok(Fault {
@@ -72,19 +75,6 @@ pub(crate) fn read(document: &Document<'_>, index: usize) -> Result<Fault, Scena
         kind: parameters,
         origin: Origin(Some(document.place_of(&format!("{path}.kind")))),
     })
-}
-
-/// The half of a table that its kind reads.
-pub(super) struct Own<'d, 'a> {
-    document: &'d Document<'a>,
-    path: &'d str,
-    is_common: &'d dyn Fn(&str) -> bool,
-}
-
-impl Own<'_, '_> {
-    pub(super) fn read<T: DeserializeOwned>(self) -> Result<T, ScenarioError> {
-        self.document.read(self.path, |key| key != "kind" && !(self.is_common)(key))
-    }
 }
 
 /// Returns the key that a fault of this kind lacks, or has and does not know.
@@ -117,7 +107,7 @@ fn needs(path: &str, kind: &str, key: &str) -> Problem {
 
 impl CommonKeys {
     /// The keys of a fault, with every default.
-    pub(super) fn of(fault: &Fault) -> Self {
+    fn of(fault: &Fault) -> Self {
         let mut keys = Self::default();
         let (from_s, until_s) = match fault.nature().at_once {
             true => (&mut keys.at_s, &mut keys.restart_at_s),
@@ -182,6 +172,22 @@ impl CommonKeys {
             }
             Strikes::Robots | Strikes::ChosenRobots => Ok(Target::Robots(choice)),
         }
+    }
+}
+
+/// As a table of a scenario file, with every default.
+impl Serialize for Fault {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Table<'a> {
+            kind: FaultKind,
+            #[serde(flatten)]
+            common: CommonKeys,
+            #[serde(flatten)]
+            parameters: &'a Kind,
+        }
+        let table = Table { kind: self.kind.kind(), common: CommonKeys::of(self), parameters: &self.kind };
+        table.serialize(serializer)
     }
 }
 

@@ -5,7 +5,11 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use super::{Disc, Drawer, Entry, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::entry::Entry;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
+use crate::fault::target::Disc;
 use crate::problem::Problem;
 use crate::robot_set::RobotSet;
 

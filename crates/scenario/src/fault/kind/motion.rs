@@ -5,7 +5,10 @@ use std::ops::Not;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Drawer, Entry, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::entry::Entry;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
 use crate::number::{Finite, Xy};
 use crate::problem::Problem;
 

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Drawer, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
 
 /// Agents are stopped (SIGSTOP), and go on later (SIGCONT).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

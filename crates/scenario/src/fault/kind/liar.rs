@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Drawer, Entry, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::entry::Entry;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
 use crate::hex::PayloadHex;
 use crate::number::{Finite, PayloadBytes};
 use crate::problem::{Problem, ensure};
@@ -58,9 +61,9 @@ impl Parameters for Liar {
 impl Liar {
     /// Checks that no program thinks for its robots: only the paper's robots send readings of this form.
     fn check_reading(&self, entry: &Entry<'_>) -> Result<(), Problem> {
-        let named = entry.fault.target.choice().and_then(|choice| choice.robots.as_ref());
+        let named = entry.target.choice().and_then(|choice| choice.robots.as_ref());
         let is_struck = |robot: &u32| named.is_none_or(|robots| robots.contains(*robot));
-        let struck = entry.scenario.controllers.iter().find_map(|controller| {
+        let struck = entry.setting.controllers.iter().find_map(|controller| {
             Some((controller.robots.iter().find(is_struck)?, &controller.program()?.command[0]))
         });
         let Some((robot, program)) = struck.filter(|_| self.light_counts.is_some()) else { return Ok(()) };
@@ -76,7 +79,7 @@ impl Liar {
             });
         };
         let end = usize::from(self.payload_offset.get()) + hex.bytes().len();
-        let limit = entry.scenario.channel.payload_bytes_max.get();
+        let limit = entry.setting.payload_bytes_max;
         ensure(end <= limit.into(), || {
             let message = format!(
                 "payload_hex ends at byte {end} of the payload, and no payload has more than \

@@ -1,10 +1,16 @@
 //! `corrupt`: bits flip on the way, and the packet's checksum decides what becomes of it.
 
+use protocol::packet::frame_bytes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Drawer, Nature, Parameters, Strikes, Window, PACKET_BITS};
+use crate::fault::drawer::Drawer;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
 use crate::number::{FlipCount, Probability};
+
+/// Bits of a packet of the paper's robots.
+const PACKET_BITS: u32 = 8 * frame_bytes(4) as u32;
 
 /// Bits of packets flip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

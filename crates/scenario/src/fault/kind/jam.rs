@@ -3,7 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Disc, Drawer, Entry, Nature, Parameters, Strikes, Window};
+use crate::fault::drawer::Drawer;
+use crate::fault::entry::Entry;
+use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::parameters::Parameters;
+use crate::fault::target::Disc;
 use crate::problem::Problem;
 
 /// Robots inside a disc hear nothing.

@@ -1,0 +1,45 @@
+//! The setting of a fault plan: the scenario that it strikes, as far as faults ask.
+
+use crate::controller::Controller;
+use crate::number::Positive;
+use crate::steps;
+
+/// All that faults may ask of their scenario. There is no fault in it, so that a scenario can have faults.
+pub(crate) struct Setting<'a> {
+    /// Number of robots.
+    pub(crate) robots: u32,
+    /// Fastest that a robot may be, m/s, if there is a limit.
+    pub(crate) speed_limit_m_per_s: Option<Positive>,
+    /// Length of a tick, seconds.
+    pub(crate) step_s: f64,
+    /// Length of the run, ticks.
+    pub(crate) ticks: u64,
+    /// Width and height of the arena, meters.
+    pub(crate) size_m: [f64; 2],
+    /// Whether the field has lamps.
+    pub(crate) has_lamps: bool,
+    /// Largest reading of a light sensor, about.
+    pub(crate) counts_max: f64,
+    /// Longest payload, bytes.
+    pub(crate) payload_bytes_max: u8,
+    /// Who thinks for whom.
+    pub(crate) controllers: &'a [Controller],
+    /// Highest chance of any kind of random fault.
+    pub(crate) probability_max: f64,
+    /// Largest share of the robots that a random fault strikes.
+    pub(crate) share_max: f64,
+    /// Longest delay by a random fault, seconds.
+    pub(crate) delay_max_s: f64,
+}
+
+impl Setting<'_> {
+    /// The tick nearest to a time.
+    pub(super) fn tick_at(&self, time_s: f64) -> u64 {
+        steps::nearest(time_s, self.step_s)
+    }
+
+    /// When a tick is, seconds.
+    pub(super) fn time_of(&self, tick: u64) -> f64 {
+        steps::time_of(tick, self.step_s)
+    }
+}
