@@ -146,6 +146,10 @@ impl Controller {
         if name.contains('/') {
             return match fs::metadata(&name) {
                 Ok(file) if is_executable(&file) => Ok(()),
+                Ok(file) if file.is_dir() => Err(self.error(
+                    format!("the program {name} of robots {} is a directory", self.robots),
+                    "name a program in it",
+                )),
                 Ok(_) => Err(self.error(
                     format!("the program {name} of robots {} is not executable", self.robots),
                     "make it so with `chmod +x`, or name another one",

@@ -136,7 +136,9 @@ fn a_table_has_the_keys_of_a_law_or_of_a_program() {
     );
     check(
         "[[controller]]\nrobots = \"0-4\"",
-        expect!["folder/x.toml:7: `gain_per_s` is missing in [[controller]]"],
+        expect![[r#"
+            folder/x.toml:7: nobody thinks for these robots: there is neither a `law` nor a `program`
+            hint: give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program`"#]],
     );
     check(
         "[controller]\nprogram = [\"x\"]\nprogam = 1",
@@ -250,6 +252,13 @@ fn a_program_that_cannot_be_started_is_refused_by_who_would_start_it() {
         expect![[r#"
         DIR/x.toml:7: the program `no-such-robot-anywhere` of robots 0-4 is not in PATH
         hint: give its path, such as ./no-such-robot-anywhere, which is relative to the scenario file"#]],
+    );
+    not_found(
+        &folder,
+        "./",
+        expect![[r#"
+        DIR/x.toml:7: the program DIR/ of robots 0-4 is a directory
+        hint: name a program in it"#]],
     );
     fs::write(folder.join("plain"), "#!/bin/sh\n").expect("a writable file");
     not_found(

@@ -130,6 +130,11 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
     let refused = |key: &str, message: &str, hint: &str| {
         Err(document.blame(problem(&[&format!("{path}.{key}")], message).hint(hint)))
     };
+    if keys == ["robots"] {
+        let message = "nobody thinks for these robots: there is neither a `law` nor a `program`";
+        let hint = "give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program`";
+        return Err(document.blame(problem(&[path], message).hint(hint)));
+    }
     if !gives("program") {
         if gives("params") {
             let message = "`params` has no meaning without `program`: laws have keys of their own";
