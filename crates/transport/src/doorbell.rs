@@ -167,6 +167,7 @@ impl Doorbell {
     }
 
     /// An agent has answered; the last one wakes the arena.
+    #[inline]
     pub fn answer(&self) {
         if self.page.missing.0.fetch_sub(1, Ordering::AcqRel) == 1 {
             wake_all(&self.page.missing.0);

@@ -521,8 +521,12 @@ impl RawHead {
         let field = &field[..in_range("number of components", self.field_len, COMPONENTS_MAX)?];
         let light = Light { value: finite(self.light, "counts")?, stimulus: self.stimulus()? };
         let (odometry, compass, position) = (self.odometry()?, self.compass()?, self.position()?);
-        walls.iter().try_for_each(|wall| wall.check().map(drop))?;
-        field.iter().try_for_each(|component| component.check().map(drop))?;
+        for wall in walls {
+            wall.check()?;
+        }
+        for component in field {
+            component.check()?;
+        }
         // Nothing is written before everything is known to be good. Lists are filled in their place: they have
         // room for far more than they hold, and moving one would move all of that.
         percept.tick = self.tick;
@@ -530,9 +534,13 @@ impl RawHead {
         percept.light = light;
         (percept.odometry, percept.compass, percept.position) = (odometry, compass, position);
         percept.walls.clear();
-        percept.walls.extend(walls.iter().flat_map(RawWall::check));
+        for wall in walls {
+            percept.walls.push(wall.check()?);
+        }
         percept.field.clear();
-        percept.field.extend(field.iter().flat_map(RawComponent::check));
+        for component in field {
+            percept.field.push(component.check()?);
+        }
         percept.clear_deliveries();
         Ok(())
     }
