@@ -365,7 +365,7 @@ mod tests {
     #[test]
     fn every_stage_is_passed_once_and_in_order_whatever_the_law_and_the_cell() {
         let heard: [&[(f64, f64)]; 3] = [&[], &[(0.4, 0.0)], &[(0.4, 0.0), (0.5, 2.0), (0.6, 4.0)]];
-        for law in [Law::Linear, Law::Quadratic, Law::Uniform, Law::Exact] {
+        for &law in Law::ALL {
             for (neighbors, light) in heard.into_iter().zip([1.0, f64::MAX, -1.0]) {
                 let (setup, percept) = (CoverageSetup { law, ..setup() }, percept(light, neighbors));
                 let mut notes = Notes(Vec::new());

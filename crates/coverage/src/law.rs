@@ -2,11 +2,6 @@
 //!
 //! A law is one file here and one line in `laws!`.
 
-mod exact;
-mod linear;
-mod quadratic;
-mod uniform;
-
 use protocol::{
     controller::{Stage, StageObserver},
     frame::BodyVector,
@@ -17,6 +12,8 @@ use crate::control_law::{ControlLaw, Situation};
 
 macro_rules! laws {
     ($($(#[$doc:meta])* $file:ident::$Law:ident,)*) => {
+        $(mod $file;)*
+
         /// Which control law moves the robot.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]

@@ -18,11 +18,7 @@ pub(super) struct Delay {
 
 impl Delay {
     pub(super) fn new(spec: &fault::Delay, scenario: &Scenario) -> Self {
-        Self {
-            delay_s: spec.delay_s.get(),
-            jitter_s: spec.jitter_s.get(),
-            step_s: scenario.step_s.get(),
-        }
+        Self { delay_s: spec.delay_s.get(), jitter_s: spec.jitter_s.get(), step_s: scenario.step_s.get() }
     }
 }
 

@@ -34,11 +34,7 @@ impl Parameters for Delay {
     }
 
     /// The sum with jitter is rounded, packet by packet.
-    fn settle(
-        &mut self,
-        path: &dyn Fn(&str) -> String,
-        settling: &mut Settling<'_>,
-    ) -> Result<(), Problem> {
+    fn settle(&mut self, path: &dyn Fn(&str) -> String, settling: &mut Settling<'_>) -> Result<(), Problem> {
         if self.jitter_s == none() {
             return settling.settle(&path("delay_s"), 1, Some(&mut self.delay_s));
         }

@@ -34,11 +34,7 @@ impl Parameters for Duplicate {
         if self.delay_s == none() { Ok(()) } else { entry.delays(self.delay_s.get()) }
     }
 
-    fn settle(
-        &mut self,
-        path: &dyn Fn(&str) -> String,
-        settling: &mut Settling<'_>,
-    ) -> Result<(), Problem> {
+    fn settle(&mut self, path: &dyn Fn(&str) -> String, settling: &mut Settling<'_>) -> Result<(), Problem> {
         settling.settle(&path("delay_s"), 0, Some(&mut self.delay_s))
     }
 

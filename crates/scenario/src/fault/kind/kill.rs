@@ -21,8 +21,7 @@ pub struct Kill {
 
 impl Parameters for Kill {
     // Their silence is no loss: they do not speak.
-    const NATURE: Nature =
-        Nature { at_once: true, exclusive: true, ..Nature::of(Strikes::ChosenRobots) };
+    const NATURE: Nature = Nature { at_once: true, exclusive: true, ..Nature::of(Strikes::ChosenRobots) };
 
     fn check(&self, entry: &Entry<'_>) -> Result<(), Problem> {
         ensure(self.restart_share.is_none() || entry.gives("restart_at_s"), || {

@@ -67,7 +67,8 @@ impl Liar {
             Some((controller.robots.iter().find(is_struck)?, &controller.program()?.command[0]))
         });
         let Some((robot, program)) = struck.filter(|_| self.light_counts.is_some()) else { return Ok(()) };
-        let message = format!("`light_counts` has no meaning for robot {robot}: its payload is up to {program}");
+        let message =
+            format!("`light_counts` has no meaning for robot {robot}: its payload is up to {program}");
         let hint = "name `robots` that a `law` moves, or give false bytes by `payload_hex`";
         Err(entry.problem(&["light_counts"], message).hint(hint))
     }

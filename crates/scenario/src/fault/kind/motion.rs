@@ -41,9 +41,6 @@ impl Parameters for Motion {
 
     fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
         let given = 1 + draw.below(3);
-        Self {
-            stuck: given & 1 > 0,
-            drift_m_per_s: (given & 2 > 0).then(|| draw.velocity()).flatten(),
-        }
+        Self { stuck: given & 1 > 0, drift_m_per_s: (given & 2 > 0).then(|| draw.velocity()).flatten() }
     }
 }

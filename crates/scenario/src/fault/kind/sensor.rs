@@ -42,7 +42,9 @@ impl Parameters for Sensor {
         let (given, counts) = (1 + draw.below(7), draw.counts_max());
         Self {
             bias_counts: (given & 1 > 0).then(|| draw.finite(counts)).flatten(),
-            noise_counts: (given & 2 > 0).then(|| Positive::new(short(draw.between(0.01, 1.0) * counts))).flatten(),
+            noise_counts: (given & 2 > 0)
+                .then(|| Positive::new(short(draw.between(0.01, 1.0) * counts)))
+                .flatten(),
             stuck: given & 4 > 0,
         }
     }

@@ -27,11 +27,7 @@ impl Parameters for Slow {
         entry.delays(self.delay_s.get())
     }
 
-    fn settle(
-        &mut self,
-        path: &dyn Fn(&str) -> String,
-        settling: &mut Settling<'_>,
-    ) -> Result<(), Problem> {
+    fn settle(&mut self, path: &dyn Fn(&str) -> String, settling: &mut Settling<'_>) -> Result<(), Problem> {
         settling.settle(&path("delay_s"), 1, Some(&mut self.delay_s))
     }
 
