@@ -3,7 +3,7 @@
 use crate::{
     frame::BodyVector,
     packet::{Packet, PacketView},
-    payload::Payload,
+    payload::{Payload, PayloadOverLimit},
     robot_id::RobotId,
 };
 
@@ -20,7 +20,53 @@ pub struct Command {
     pub payload: Payload,
 }
 
+/// Largest component of an estimated error (m) or velocity (m/s) that is carried out. An honest robot stays far
+/// below: a cell that a gap just under π leaves open reaches some 1e9 m.
+pub const REASON: f64 = 1e12;
+
+/// A vector that is no number, or beyond all reason.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("its {what} is ({x}, {y}), not within ±{REASON:e}")]
+pub struct Unreasonable {
+    /// `estimated error` or `velocity`.
+    pub what: &'static str,
+    /// Its x.
+    pub x: f64,
+    /// Its y.
+    pub y: f64,
+}
+
+/// Why a command is not carried out, whoever plays the robot.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// NaN, or beyond all reason.
+    #[error(transparent)]
+    Vector(#[from] Unreasonable),
+    /// Its packet says more than the scenario allows.
+    #[error(transparent)]
+    Payload(#[from] PayloadOverLimit),
+}
+
+/// Returns a vector that can be carried out.
+pub fn within_reason(what: &'static str, vector: BodyVector) -> Result<BodyVector, Unreasonable> {
+    let (x, y) = (vector.0.x, vector.0.y);
+    let is_reasonable = x.abs() <= REASON && y.abs() <= REASON;
+    is_reasonable.then_some(vector).ok_or(Unreasonable { what, x, y })
+}
+
 impl Command {
+    /// Checks that it can be carried out where payloads have up to so many bytes: the same in every engine, or their
+    /// digests would differ.
+    pub fn check(&self, payload_bytes_max: usize) -> Result<(), Refusal> {
+        self.estimated_error.map_or(Ok(BodyVector::HERE), |error| within_reason("estimated error", error))?;
+        within_reason("velocity", self.velocity)?;
+        let length = self.payload.len();
+        match length > payload_bytes_max {
+            true => Err(PayloadOverLimit { length, limit: payload_bytes_max }.into()),
+            false => Ok(()),
+        }
+    }
+
     /// Stands still and says nothing but that the robot is there.
     pub const REST: Self =
         Self { estimated_error: None, velocity: BodyVector::HERE, payload: Payload::EMPTY };

@@ -56,12 +56,13 @@ use crate::{abandoned::Abandoned, agent::Agent, refusal::Refusal};
 /// How often an early agent looks whether its run is ready.
 const READY_POLL: Duration = Duration::from_millis(10);
 
-/// Drive one robot: hear its neighbors, steer to the centroid of its cell
+/// Drive one robot of a run
 ///
 /// `lamplight run` starts one of these per robot. Started by hand, it joins a run that waits for
-/// it (`lamplight run SCENARIO --name lab --by-hand 7`, then `robot-agent --run lab --robot 7`).
+/// it (`lamplight run SCENARIO --name lab --by-hand 7`, then this program with `--run lab --robot 7`).
+// Not by the name of this crate: the program is its user's.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(name = "agent", version = concat!("of Lamplight ", env!("CARGO_PKG_VERSION")))]
 struct Cli {
     /// Name of the run to join
     #[arg(long)]

@@ -170,41 +170,65 @@ fn a_payload_longer_than_the_scenario_allows_is_refused() {
     assert_harmless("payload", |tick, honest| raw(tick, &saying(&[7; 10], honest)));
 }
 
-/// The paper's controller, but that the first payload of robot 3 is too long.
-struct Loud {
+/// A command that cannot be carried out, for some ticks: at boot its payload is too long, later it is no number, or no
+/// number within reason.
+fn misled(tick: Tick, command: &Command) -> Command {
+    let nowhere = BodyVector::new(f64::NAN, 0.0);
+    let command = command.clone();
+    match tick {
+        BOOT_TICK => Command { payload: Payload::from([7; 10]), ..command },
+        30 => Command { velocity: nowhere, ..command },
+        31 => Command { estimated_error: Some(nowhere), ..command },
+        32 => Command { velocity: BodyVector::new(0.0, -1e13), ..command },
+        _ => command,
+    }
+}
+
+/// The paper's controller, but for what robot 3 is misled to.
+struct Misled {
     id: RobotId,
     honest: CoverageController,
 }
 
-impl Controller for Loud {
+impl Misled {
+    fn mislead(&self, tick: Tick, command: Command) -> Command {
+        if self.id == ROBOT { misled(tick, &command) } else { command }
+    }
+}
+
+impl Controller for Misled {
     fn boot(&mut self) -> Command {
         let command = self.honest.boot();
-        let payload = if self.id == ROBOT { Payload::from([7; 10]) } else { command.payload };
-        Command { payload, ..command }
+        self.mislead(BOOT_TICK, command)
     }
 
     fn step(&mut self, percept: &Percept, stages: &mut dyn StageObserver) -> Command {
-        self.honest.step(percept, stages)
+        let command = self.honest.step(percept, stages);
+        self.mislead(percept.tick, command)
     }
 }
 
 #[test]
-fn who_says_too_much_at_first_takes_part_in_silence_as_in_process() {
+fn commands_that_cannot_be_carried_out_are_refused_by_every_engine_alike() {
     let scenario = Scenario::load(&scenario("one-gaussian"), &["duration_s=2".parse().unwrap()]).unwrap();
-    let loud = engine::controller(|id, params| {
-        params.decode().map(|setup| Loud { id, honest: CoverageController::new(id, setup) })
+    let new = engine::controller(|id, params| {
+        params.decode().map(|setup| Misled { id, honest: CoverageController::new(id, setup) })
     });
-    let truth = engine::run(&scenario, &[&loud], &mut []).unwrap();
+    let truth = engine::run(&scenario, &[&new], &mut []).unwrap();
     assert_ne!(truth.digest, in_process(&OPTIONS).digest(), "nobody hears robot 3 at first");
     for plane in [&[][..], &QUEUES] {
+        let mislead = |tick, honest: &Answer| Answer { command: misled(tick, &honest.command), ..*honest };
         let run = run_booting(
             &[&OPTIONS, plane].concat(),
-            |honest| saying(&[7; 10], honest),
-            |_, _, _| Honesty::AfterAll,
+            |honest| mislead(BOOT_TICK, honest),
+            |ports, tick, honest| {
+                send(ports, raw(tick, &mislead(tick, honest)));
+                Honesty::Never
+            },
         );
         assert_eq!(run.digest(), truth.digest);
         let refused: Vec<_> = run.robots().iter().map(|robot| robot.commands_refused).collect();
-        assert_eq!(refused, [0, 0, 0, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(refused, [0, 0, 0, 4, 0, 0, 0, 0, 0, 0]);
     }
 }
 

@@ -5,7 +5,6 @@ use protocol::{
     command::Answer,
     controller::{Controller, Hosted},
     notes::Notes,
-    payload::PayloadOverLimit,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
@@ -63,13 +62,12 @@ impl<C: Controller> Life<C> {
     /// Has it do something, and answer.
     fn act(&mut self, limit: usize, act: impl FnOnce(&mut Hosted<C>) -> Answer) {
         self.answer = self.controller.as_mut().filter(|_| !self.paused).map(act);
-        let length = self.answer.as_ref().map_or(0, |answer| answer.command.payload.len());
-        if length > limit {
+        let refusal = self.answer.as_ref().and_then(|answer| answer.command.check(limit).err());
+        if let Some(why) = refusal {
             self.answer = None;
             self.refused += 1;
             if self.refused == 1 {
-                let (id, why) = (self.id, PayloadOverLimit { length, limit });
-                tracing::warn!("a command of {id} is refused: {why} (more are counted, not shown)");
+                tracing::warn!("a command of {} is refused: {why} (more are counted, not shown)", self.id);
             }
         }
     }

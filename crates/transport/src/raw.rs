@@ -11,7 +11,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::clock::Stamp;
 use protocol::{
-    command::{Answer, Command},
+    command::{Answer, Command, REASON, Unreasonable, within_reason},
     frame::BodyVector,
     granted::{Compass, Position},
     notes::NOTES_MAX,
@@ -26,11 +26,6 @@ use protocol::{
 /// The tick number of a command that was given before the first percept; of a percept, that the agent is to
 /// forget everything and boot again: another trial begins.
 pub const BOOT_TICK: Tick = Tick::MAX;
-
-/// Largest component of an estimated error (m) or velocity (m/s) that is carried out. An honest robot stays far
-/// below: a cell that a gap just under π leaves open reaches some 1e9 m. Odometry is held to it as well: so the
-/// difference of two readings is finite.
-const REASON: f64 = 1e12;
 
 /// Longest frame that lies in a message itself, in bytes.
 const SHORT_FRAME_BYTES: usize = frame_bytes(SHORT_PAYLOAD_BYTES);
@@ -278,15 +273,8 @@ pub enum CommandError {
         incarnation: u32,
     },
     /// NaN, or beyond all reason.
-    #[error("its {what} is ({x}, {y}), not within ±{REASON:e}")]
-    Vector {
-        /// `estimated error` or `velocity`.
-        what: &'static str,
-        /// x as received.
-        x: f64,
-        /// y as received.
-        y: f64,
-    },
+    #[error(transparent)]
+    Vector(#[from] Unreasonable),
     /// It neither has an estimated error nor has none.
     #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
     Flag(u16),
@@ -418,10 +406,7 @@ impl RawCommand {
         if self.tick != tick {
             return Err(CommandError::Tick { expected: tick, actual: self.tick });
         }
-        let vector = |what, x: f64, y: f64| {
-            let reasonable = x.abs() <= REASON && y.abs() <= REASON;
-            reasonable.then_some(BodyVector::new(x, y)).ok_or(CommandError::Vector { what, x, y })
-        };
+        let vector = |what, x: f64, y: f64| within_reason(what, BodyVector::new(x, y));
         let estimated_error = match self.has_error {
             0 => None,
             1 => Some(vector("estimated error", self.error_x_m, self.error_y_m)?),
@@ -663,6 +648,7 @@ fn granted<T>(
     }
 }
 
+/// Held to the same as commands: so the difference of two readings is finite.
 fn reasonable(what: &'static str, value: f64) -> Result<f64, PerceptError> {
     if value.abs() <= REASON { Ok(value) } else { Err(PerceptError::Unreasonable { what, value }) }
 }
