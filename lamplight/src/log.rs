@@ -4,6 +4,9 @@
 //! goes on to our own standard error, around the live line, and to `log.txt` or `log.jsonl` in the folder of the
 //! run. The pipe takes a line whole or not at all, and nobody waits for it: while we do not read (stopped, or our
 //! own standard error is stuck), lines are lost and counted, and robots go on.
+//!
+//! Programs of the user's have another pipe, which they wait for: what they print is theirs, and `eprintln!` panics where
+//! a pipe takes nothing.
 
 use std::{
     convert::Infallible,
@@ -149,32 +152,46 @@ impl Kept {
 /// Reads what children write to their standard error.
 #[derive(Debug)]
 pub(crate) struct Gatherer {
-    /// `None` once no child is to come.
-    writer: Option<PipeWriter>,
-    /// Ends with the reader.
-    reader: Receiver<Infallible>,
+    /// For programs of ours, and of the user's; `None` once no child is to come.
+    writers: Option<[PipeWriter; 2]>,
+    /// Ends with the last reader.
+    readers: Receiver<Infallible>,
 }
 
 impl Gatherer {
-    /// Opens the pipe and reads it in a thread.
+    /// Opens the pipes and reads each in a thread.
     pub(crate) fn begin() -> anyhow::Result<Self> {
-        let (reader, writer) = io::pipe().context("cannot open a pipe for the log")?;
+        let (at_work, is_at_work) = mpsc::channel::<Infallible>();
+        let gathered = || {
+            let (reader, writer) = io::pipe().context("cannot open a pipe for the log")?;
+            // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
+            let _ = fcntl_setpipe_size(&writer, PIPE_BYTES);
+            let at_work: Sender<Infallible> = at_work.clone();
+            thread::spawn(move || {
+                let _at_work = at_work;
+                gather(reader);
+            });
+            anyhow::Ok(writer)
+        };
+        let (ours, theirs) = (gathered()?, gathered()?);
         // All duplicates of a descriptor share this: no child waits for a full pipe.
-        fcntl_setfl(&writer, OFlags::NONBLOCK).context("cannot set up the pipe for the log")?;
-        // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
-        let _ = fcntl_setpipe_size(&writer, PIPE_BYTES);
-        let (at_work, is_at_work) = mpsc::channel();
-        thread::spawn(move || {
-            let _at_work: Sender<Infallible> = at_work;
-            gather(reader);
-        });
-        Ok(Self { writer: Some(writer), reader: is_at_work })
+        fcntl_setfl(&ours, OFlags::NONBLOCK).context("cannot set up the pipe for the log")?;
+        Ok(Self { writers: Some([ours, theirs]), readers: is_at_work })
     }
 
-    /// The standard error of one more child.
+    /// The standard error of one more child, which is a program of ours.
     pub(crate) fn standard_error(&self) -> io::Result<Stdio> {
-        let writer = self.writer.as_ref().expect("it is there until this is dropped");
-        writer.try_clone().map(Stdio::from)
+        self.duplicate(0)
+    }
+
+    /// The same for a program of the user's.
+    pub(crate) fn standard_error_of_program(&self) -> io::Result<Stdio> {
+        self.duplicate(1)
+    }
+
+    fn duplicate(&self, writer: usize) -> io::Result<Stdio> {
+        let writers = self.writers.as_ref().expect("they are there until this is dropped");
+        writers[writer].try_clone().map(Stdio::from)
     }
 }
 
@@ -182,8 +199,8 @@ impl Drop for Gatherer {
     /// Once all children have ended: until then the pipe has no end. Whoever of theirs holds it all the same, out of our
     /// reach, is not waited for.
     fn drop(&mut self) {
-        self.writer = None;
-        let _ = self.reader.recv_timeout(STRAGGLERS);
+        self.writers = None;
+        let _ = self.readers.recv_timeout(STRAGGLERS);
     }
 }
 

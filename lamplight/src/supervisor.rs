@@ -284,7 +284,11 @@ impl<'a> Supervisor<'a> {
 
     fn spawn_next(&mut self) -> anyhow::Result<()> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
-        let log = self.log.standard_error().context("cannot hand the log's pipe to an agent")?;
+        let log = match self.scenario.controller_of(id.index).program() {
+            Some(_) => self.log.standard_error_of_program(),
+            None => self.log.standard_error(),
+        };
+        let log = log.context("cannot hand the log's pipe to an agent")?;
         let mut group = self.children.lock();
         let mut command = self.agent_of(id);
         command

@@ -76,7 +76,10 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let answer = self.transmitter.answer(self.controller.boot());
-        self.notes = Notes::of(&self.controller)?;
+        self.notes = Notes::of(&self.controller).with_context(|| {
+            let program = std::env::current_exe().unwrap_or_default();
+            format!("{}: {}", self.id, program.display())
+        })?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }

@@ -213,7 +213,8 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
     let present = by_hand.iter().find(|robot| robot.id.index == id.index);
     match present {
         Some(present) if present.id == id => Ok(()),
-        Some(ByHand { id: present, is_awaited: true, command }) => {
+        Some(ByHand { id: present, is_awaited: true, program }) => {
+            let command = name.agent_command(program, *present);
             bail!("run `{name}` waits for {present} and not for {id}: {command}")
         }
         Some(ByHand { id: present, .. }) => {
@@ -223,7 +224,7 @@ fn check_place(run: &RunDir, id: RobotId) -> anyhow::Result<()> {
             Some(other) => bail!(
                 "{id} is not driven by hand in run `{name}`, which waits for {}: {}",
                 other.id,
-                other.command
+                name.agent_command(&other.program, other.id)
             ),
             None => bail!(
                 "{id} is not driven by hand in run `{name}`; to drive it, start a run with --by-hand {}",

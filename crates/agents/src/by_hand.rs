@@ -1,6 +1,6 @@
 //! Robots that are driven by hand: who waits to be started, and by which command.
 
-use std::{io, mem, time::Duration};
+use std::{collections::BTreeMap, io, mem, time::Duration};
 
 use scenario::RobotSet;
 use squad::moment::Moment;
@@ -50,16 +50,21 @@ impl HandCalls {
             return;
         }
         self.called = Some(Moment::now());
-        let awaited: Vec<&ByHand> = self.robots.iter().filter(|robot| robot.is_awaited).collect();
-        let Some(first) = awaited.first() else { return };
-        let set = RobotSet::of(awaited.iter().map(|robot| robot.id.index)).expect("one is awaited");
-        let (robots, each) =
-            if awaited.len() == 1 { ("robot", "") } else { ("robots", ", each by its number") };
         let within = patience.map_or(String::new(), |patience| format!(" within {patience:?}"));
-        let (name, command) = (run.name(), &first.command);
-        // A warning, because without a hand the run stands, with --quiet too.
-        tracing::warn!(
-            "run `{name}` waits for {robots} {set} to be started by hand{within}{each}: {command}"
-        );
+        let name = run.name();
+        let mut programs = BTreeMap::<&str, Vec<&ByHand>>::new();
+        for robot in self.robots.iter().filter(|robot| robot.is_awaited) {
+            programs.entry(&robot.program).or_default().push(robot);
+        }
+        for (program, awaited) in programs {
+            let set = RobotSet::of(awaited.iter().map(|robot| robot.id.index)).expect("one is awaited");
+            let (robots, each) =
+                if awaited.len() == 1 { ("robot", "") } else { ("robots", ", each by its number") };
+            let command = name.agent_command(program, awaited[0].id);
+            // A warning, because without a hand the run stands, with --quiet too.
+            tracing::warn!(
+                "run `{name}` waits for {robots} {set} to be started by hand{within}{each}: {command}"
+            );
+        }
     }
 }

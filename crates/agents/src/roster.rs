@@ -651,7 +651,7 @@ fn driven_by_hand(members: &[Member], host: &HostConfig, controllers: &[Controll
     let by_hand = |member: &Member| ByHand {
         id: member.id,
         is_awaited: member.is_expected(),
-        command: host.agent_command(controllers, member.id),
+        program: program_of(controllers, member.id),
     };
     theirs.map(by_hand).collect()
 }

@@ -152,8 +152,8 @@ pub struct ByHand {
     pub id: RobotId,
     /// Whether that waits to be started.
     pub is_awaited: bool,
-    /// The command that starts it.
-    pub command: String,
+    /// The program that thinks for it, with its first arguments.
+    pub program: String,
 }
 
 /// Holds a lock of a run until it is dropped or its process ends.

@@ -19,7 +19,7 @@ use observe::trial::Record;
 use options::Work;
 use processes::signals::raise_on_stop;
 use protocol::setup::Mode;
-use scenario::{Controller, RobotSet, Scenario};
+use scenario::{Controller, PayloadBytes, ProcessesSpec, RobotSet, Scenario};
 use transport::run_dir::RunDir;
 
 use super::{
@@ -255,7 +255,7 @@ impl<'a> Course<'a> {
 /// that has cut it short, if one has.
 fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> anyhow::Result<Option<i32>> {
     let Some(Trial { scenario, .. }) = course.present() else { return Ok(None) };
-    let bodies = bodies(&scenario);
+    let swarm = Swarm::of(&scenario);
     let (run, owner) = RunDir::create(name::unique(&name::plain(&scenario.name)))?;
     let before = (course.missing.len(), course.is_second_time);
     // What ends the batch, in contrast to what ends the swarm.
@@ -266,7 +266,7 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
             false
         });
         let following = course.present().filter(|_| goes_on).map(|trial| trial.scenario);
-        Ok(following.filter(|scenario| self::bodies(scenario) == bodies).map(|scenario| scenario.to_toml()))
+        Ok(following.filter(|scenario| Swarm::of(scenario) == swarm).map(|scenario| scenario.to_toml()))
     });
     let outcome = supervisor::run(Work::Trials, &run, &scenario, watch, Some(next_trial));
     run.remove_own(owner)?;
@@ -282,8 +282,22 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
     }
 }
 
-/// The robots of a swarm by their programs: what trials must agree on that one swarm plays.
-fn bodies(scenario: &Scenario) -> Vec<(RobotSet, Option<Vec<String>>)> {
-    let body = |it: &Controller| (it.robots.clone(), it.program().map(|program| program.command.clone()));
-    scenario.controllers.iter().map(body).collect()
+/// What a swarm is opened with once, and keeps: trials must agree on it that one swarm plays.
+#[derive(PartialEq)]
+struct Swarm {
+    /// Robots by their programs.
+    bodies: Vec<(RobotSet, Option<Vec<String>>)>,
+    processes: ProcessesSpec,
+    payload_bytes_max: PayloadBytes,
+}
+
+impl Swarm {
+    fn of(scenario: &Scenario) -> Self {
+        let body = |it: &Controller| (it.robots.clone(), it.program().map(|program| program.command.clone()));
+        Self {
+            bodies: scenario.controllers.iter().map(body).collect(),
+            processes: scenario.processes.clone(),
+            payload_bytes_max: scenario.channel.payload_bytes_max,
+        }
+    }
 }

@@ -161,6 +161,10 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
         let hint = "name it, such as program = [\"./my-robot\"], or give a `law`";
         return refused("program", "`program` is empty", hint);
     }
+    if let Some(at) = keys.program.iter().position(|word| word.contains('\0')) {
+        let hint = "the operating system ends a word there; leave it out";
+        return refused(&format!("program.{at}"), "a word of `program` has a NUL character", hint);
+    }
     for (key, value) in &keys.params {
         if let Some((at, what)) = foreign_to_json(&format!("params.{key}"), value) {
             let message =
