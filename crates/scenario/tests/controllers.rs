@@ -141,6 +141,12 @@ fn a_table_has_the_keys_of_a_law_or_of_a_program() {
             hint: give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program`"#]],
     );
     check(
+        "[controller]\nprogram = [\"x\", \"a\\u0000\"]",
+        expect![[r#"
+        folder/x.toml:8: a word of `program` has a NUL character
+        hint: the operating system ends a word there; leave it out"#]],
+    );
+    check(
         "[controller]\nprogram = [\"x\"]\nprogam = 1",
         expect!["folder/x.toml:9: unknown key `progam` in [controller]; did you mean `program`?"],
     );
