@@ -51,7 +51,7 @@ pub struct Realtime {
     present: Vec<usize>,
 }
 
-/// What one agent has said last.
+/// The last words of one agent.
 #[derive(Clone, Debug)]
 struct Latest {
     /// The life that said it.

@@ -16,7 +16,7 @@ use crate::supervisor_link::Lost;
 /// the news, a few small files stay until the run ends.
 const DYING: Duration = Duration::from_secs(10);
 
-/// What ended lives have left: in no order, one per robot that ends, for the time its process takes to die.
+/// Remains of ended lives: in no order, one per robot that ends, for the time its process takes to die.
 #[derive(Debug, Default)]
 pub(crate) struct Remains(Vec<EndedLife>);
 

@@ -91,7 +91,7 @@ pub(crate) struct Roster {
     by_hand: HandCalls,
     /// When it was last looked whether somebody by hand has died as they joined.
     looked: Instant,
-    /// What was done about robots that did not join, by their controllers: each is told once.
+    /// Consequences for robots that did not join, by their controllers: each is told once.
     told: BTreeSet<(usize, String)>,
     remains: Remains,
     incidents: Vec<Incident>,
@@ -538,7 +538,7 @@ impl Roster {
         let what = format!("{what}; {consequence}");
         match self.members[index].stillborn {
             0 => tracing::warn!("{what}"),
-            // If a program does not join, it does so for no robot: one line says it.
+            // A program that does not join mostly does so for all its robots: one line says it.
             _ if self.told.insert((self.controller_of(index), consequence)) => {
                 tracing::warn!("{what} (more of its program are counted, not shown)");
             }

@@ -1,4 +1,4 @@
-//! What every control law is: a step from cell and percept to a goal.
+//! The trait of control laws: a step from cell and percept to a goal.
 
 use nalgebra::Vector2;
 use protocol::{controller::StageObserver, frame::BodyVector, percept::Percept};
@@ -9,7 +9,7 @@ use crate::{estimate::GradientMode, neighbors::NeighborTable};
 pub struct Situation<'a> {
     /// The robot's cell.
     pub cell: &'a [Vector2<f64>],
-    /// What it hears and senses.
+    /// Its percept: packets heard, and readings.
     pub percept: &'a Percept,
     /// Neighbors that it knows of.
     pub neighbors: &'a NeighborTable,

@@ -282,7 +282,7 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
     }
 }
 
-/// What a swarm is opened with once, and keeps: trials must agree on it that one swarm plays.
+/// Settings that a swarm is opened with once, and keeps: trials must agree on them that one swarm plays.
 #[derive(PartialEq)]
 struct Swarm {
     /// Robots by their programs.

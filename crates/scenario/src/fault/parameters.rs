@@ -1,4 +1,4 @@
-//! What every kind of fault is to the rest of a plan.
+//! The trait of kinds of faults, by which the rest of a plan knows them.
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;

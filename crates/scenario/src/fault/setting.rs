@@ -22,7 +22,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) counts_max: f64,
     /// Longest payload, bytes.
     pub(crate) payload_bytes_max: u8,
-    /// Who thinks for whom.
+    /// Controllers, and their robots.
     pub(crate) controllers: &'a [Controller],
     /// Highest chance of any kind of random fault.
     pub(crate) probability_max: f64,
