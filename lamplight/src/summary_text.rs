@@ -30,6 +30,9 @@ fn write_lines(text: &mut String, summary: &Summary) -> fmt::Result {
     if end.robots_paused != 0 {
         write!(text, ", {} of them paused", end.robots_paused)?;
     }
+    if end.robots_silent != 0 {
+        write!(text, ", {} of them silent", end.robots_silent)?;
+    }
     writeln!(text)?;
     write!(text, "mean error {}", known(end.mean_error_m, |error_m| format!("{error_m:.3e} m")))?;
     if end.robots_without_error != 0 {

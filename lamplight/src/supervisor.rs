@@ -299,8 +299,14 @@ impl<'a> Supervisor<'a> {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
-        let child = children::start(&mut command).map_err(|error| self.cannot_start(id, &command, error))?;
-        group.agents.insert(Pid::from_child(&child), id);
+        match children::start(&mut command) {
+            Ok(child) => drop(group.agents.insert(Pid::from_child(&child), id)),
+            // It could be before: the run has begun, and the arena knows what is to be done about a life lost.
+            Err(error) if id.incarnation > 0 => {
+                self.order(Order::Lost { id, pid: None, how: error.to_string() });
+            }
+            Err(error) => return Err(self.cannot_start(id, &command, error)),
+        }
         Ok(())
     }
 
@@ -385,7 +391,7 @@ impl<'a> Supervisor<'a> {
                 // What it has started and left behind would live on, with a hand on the log.
                 tell_group(pid, Signal::KILL);
                 group.paused.remove(&id);
-                self.order(Order::Lost { id, pid: pid.as_raw_pid().unsigned_abs(), how });
+                self.order(Order::Lost { id, pid: Some(pid.as_raw_pid().unsigned_abs()), how });
             }
         }
     }

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::{
     live::{agents_of, arena_under, signal, wait_until},
-    programs::{lamplight, said, scenario},
+    programs::{lamplight, program, said, scenario},
 };
 
 /// Files of a batch that keeps everything.
@@ -319,6 +319,43 @@ fn processes_that_a_plan_has_killed_are_replaced_before_the_next_trial() {
     done("swarmbots", &inside, &args);
     done("swarmbots", &processes, &[args.as_slice(), &["--engine", "processes"]].concat());
     assert_eq!(column(&inside, "digest"), column(&processes, "digest"));
+}
+
+#[test]
+fn trials_of_other_payloads_and_time_outs_are_runs_of_their_own() {
+    const SET: [&str; 2] = ["channel.payload_bytes_max", "processes.hang_timeout_s"];
+    let place = Place::new();
+    let file = place.0.path().join("talkers.toml");
+    let text = format!(
+        "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 4\nchannel.range_m = 1\n\
+         [[controller]]\nprogram = [{:?}]\nparams = {{ payload_bytes = 20 }}\n",
+        program("scripted-agent")
+    );
+    fs::write(&file, text).unwrap();
+    let output = |command: &mut Command| {
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    let single = |payload: &str, timeout: &str| {
+        let out = place.out(&format!("run-{payload}-{timeout}"));
+        let set = [format!("{}={payload}", SET[0]), format!("{}={timeout}", SET[1])];
+        output(
+            lamplight(["run", "--quiet", "--set", &set[0], "--set", &set[1], "--out"]).arg(&out).arg(&file),
+        );
+        let summary: Value =
+            serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+        summary["digest"].as_str().unwrap().to_owned()
+    };
+    // Nobody is heard where 20 bytes are too many.
+    let (deaf, all) = (single("9", "2"), single("64", "1"));
+    assert_ne!(deaf, all);
+    for (payloads, expected) in [("9,64", [&deaf, &deaf, &all, &all]), ("64,9", [&all, &all, &deaf, &deaf])] {
+        let out = place.out(&format!("batch-{payloads}"));
+        let sweeps = [format!("{}={payloads}", SET[0]), format!("{}=2,1", SET[1])];
+        let mut command = lamplight(["batch", "--quiet", "--trials", "1", "--engine", "processes"]);
+        output(command.args(["--sweep", &sweeps[0], "--sweep", &sweeps[1], "--out"]).arg(&out).arg(&file));
+        assert_eq!(column(&out, "digest").iter().collect::<Vec<_>>(), expected, "{payloads}");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let percepts = arena.tick(&boots).unwrap();
     let answers: Vec<_> =
         minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept, &mut ()))).collect();
-    arena.metrics(&answers).cell_agreement.unwrap()
+    arena.metrics(&answers, robots).cell_agreement.unwrap()
 }
 
 #[test]

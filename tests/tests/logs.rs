@@ -8,7 +8,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tests::{
     live::{LiveRun, signal, wait_until},
-    programs::{Run, lamplight, said, scenario},
+    programs::{Run, lamplight, program, said, scenario},
 };
 
 const KEYS: [&str; 9] =
@@ -97,6 +97,29 @@ fn a_log_that_nobody_reads_holds_no_robot_up_and_loses_whole_lines() {
     assert!((100..20 * 900).contains(&answers), "{answers} of 18000 lines are there");
     let alone = Run::of("swarmbots", &[&OPTIONS[..], &["--engine", "in-process"]].concat());
     assert_eq!(left.unwrap().digest(), alone.digest());
+}
+
+#[test]
+fn a_program_prints_as_much_as_it_likes_and_loses_no_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let digest = |lines: u32| {
+        let file = folder.path().join(format!("lines-{lines}.toml"));
+        let text = format!(
+            "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 8\nchannel.range_m = 1\n\
+             [[controller]]\nprogram = [{:?}]\nparams = {{ lines_per_step = {lines} }}\n",
+            program("scripted-agent")
+        );
+        fs::write(&file, text).unwrap();
+        let out = folder.path().join(format!("out-{lines}"));
+        let run = lamplight(["run", "--out"]).arg(&out).arg(&file).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+        let summary: Value =
+            serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+        assert_eq!(summary["robots_alive"], 8);
+        summary["digest"].clone()
+    };
+    // 8 robots, 11 steps, 100 bytes a line: some 9 MB, of which a pipe holds 64 kB.
+    assert_eq!(digest(1000), digest(0));
 }
 
 #[test]

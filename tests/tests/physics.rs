@@ -47,10 +47,10 @@ fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Met
                 .collect();
         }
         if tick.is_multiple_of(scenario.sample_every_ticks()) {
-            look(arena.time_s(), &arena.metrics(&commands));
+            look(arena.time_s(), &arena.metrics(&commands, scenario.robot_count()));
         }
     }
-    arena.metrics(&commands)
+    arena.metrics(&commands, scenario.robot_count())
 }
 
 #[test]

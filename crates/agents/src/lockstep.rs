@@ -61,18 +61,19 @@ impl Lockstep {
         Trial { squad: self, scenario }
     }
 
-    fn await_joining(
+    /// Waits for every new life, planned or not: it takes part from the next tick on, however long it takes to start.
+    fn await_reborn(
         &mut self,
-        reborn: Vec<usize>,
         tick: Tick,
         answers: &mut Answers,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        if reborn.is_empty() {
+        let reborn = self.members.expected().len();
+        if reborn == 0 {
             return Ok(());
         }
-        self.members.doorbell.expect(reborn.len() as u32);
-        self.members.await_joining(&reborn, tick, &self.stop, answers, waiting)
+        self.members.doorbell.expect(reborn as u32);
+        self.members.await_joining(tick, &self.stop, answers, waiting)
     }
 
     /// Waits for the answers of `missing`, and deals with those that do not come.
@@ -95,11 +96,17 @@ impl Lockstep {
             }
             self.members.wait_for(Awaited::Answer, missing, tick, rung, waiting);
             let late = rung.elapsed() > self.members.hang_timeout;
+            self.members.note_exits();
             let mut waited_for = Vec::new();
             for &index in &*missing {
-                if was_late && late {
+                if self.members.is_dead(index) {
+                    // It may have answered before it died.
+                    if !self.take(index, tick, answers)? {
+                        self.members.end_dead(index, tick)?;
+                    }
+                } else if was_late && late {
                     self.members.give_up_on(index, tick)?;
-                } else if !self.members.end_if_dead(index, tick)? {
+                } else {
                     waited_for.push(index);
                 }
             }
@@ -121,17 +128,23 @@ impl Lockstep {
         let mut silent = 0;
         for at in 0..missing.len() {
             let index = missing[at];
-            match self.members.hear(index, tick..=tick)? {
-                Heard::Command(_, command) => answers[index] = Some(command),
-                Heard::Refused => answers[index] = None,
-                Heard::Nothing => {
-                    missing[silent] = index;
-                    silent += 1;
-                }
+            if !self.take(index, tick, answers)? {
+                missing[silent] = index;
+                silent += 1;
             }
         }
         missing.truncate(silent);
         Ok(())
+    }
+
+    /// Takes in what agent `index` has answered to `tick`. Returns whether it has.
+    fn take(&mut self, index: usize, tick: Tick, answers: &mut Answers) -> Result<bool, SquadError> {
+        answers[index] = match self.members.hear(index, tick..=tick)? {
+            Heard::Command(_, command) => Some(command),
+            Heard::Refused => None,
+            Heard::Nothing => return Ok(false),
+        };
+        Ok(true)
     }
 }
 
@@ -154,19 +167,19 @@ impl Squad for Lockstep {
         answers: &mut Answers,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        let mut reborn = Vec::new();
+        let mut restarts = false;
         for &process_fault in process_faults {
-            if process_fault.action == ProcessAction::Pause {
+            if process_fault.action == ProcessAction::Pause && restarts {
                 // A new life is there before it is paused, so that it takes part right after.
-                self.await_joining(mem::take(&mut reborn), tick, answers, waiting)?;
+                self.await_reborn(tick, answers, waiting)?;
             }
-            if self.members.apply_process_faults(process_fault, answers)?
-                && process_fault.action == ProcessAction::Restart
-            {
-                reborn.push(process_fault.robot as usize);
-            }
+            self.members.apply_process_faults(process_fault, answers)?;
+            restarts |= process_fault.action == ProcessAction::Restart;
         }
-        self.await_joining(reborn, tick, answers, waiting)
+        match restarts {
+            true => self.await_reborn(tick, answers, waiting),
+            false => Ok(()),
+        }
     }
 
     fn left_out(&self) -> Vec<u32> {
@@ -187,7 +200,8 @@ impl Squad for Lockstep {
         let mut awaited = mem::take(&mut self.awaited);
         self.await_answers(&mut awaited, self.tick, answers, waiting)?;
         self.awaited = awaited;
-        self.members.welcome(self.tick, answers)
+        self.members.welcome(self.tick, answers)?;
+        self.await_reborn(self.tick, answers, waiting)
     }
 
     fn now_ns(&self) -> Option<u64> {

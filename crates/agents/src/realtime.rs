@@ -174,8 +174,13 @@ impl Squad for Realtime {
     fn collect(&mut self, answers: &mut Answers, waiting: &mut WaitingSink<'_>) -> Result<(), SquadError> {
         answers.fill(None);
         let tick = self.tick;
+        self.members.note_exits();
         for index in mem::take(&mut self.present) {
             self.hear(index, tick)?;
+            if self.members.exit(index).is_some() {
+                self.members.end_dead(index, tick)?;
+                continue;
+            }
             let Some(latest) = &self.latest[index] else { continue };
             if latest.arrived.elapsed() > self.members.hang_timeout {
                 self.latest[index] = None;

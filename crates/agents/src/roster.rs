@@ -2,7 +2,7 @@
 //! what is done about it. Both process squads stand on this.
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs, io,
     ops::RangeInclusive,
     thread,
@@ -48,6 +48,8 @@ const READS_MAX: usize = 8;
 /// Lives of a robot in a row that may end before they join, under `on_hang = "restart"`: a program that cannot run is not
 /// started for ever.
 const STILLBORN_MAX: u32 = 5;
+/// How long the supervisor gets to say how a process has ended that the operating system calls dead.
+const EXIT_NEWS: Duration = Duration::from_millis(200);
 /// How often the arena looks for agents that join.
 const JOIN_POLL: Duration = Duration::from_millis(5);
 /// How often the arena looks whether an agent that was started by hand has died as it joined.
@@ -93,6 +95,8 @@ pub(crate) struct Roster {
     looked: Instant,
     /// Consequences for robots that did not join, by their controllers: each is told once.
     told: BTreeSet<(usize, String)>,
+    /// Ends of processes that the supervisor has told of, of lives that are not over yet.
+    exits: BTreeMap<RobotId, Lost>,
     remains: Remains,
     incidents: Vec<Incident>,
 }
@@ -133,6 +137,7 @@ impl Roster {
             by_hand,
             looked: Instant::now(),
             told: BTreeSet::new(),
+            exits: BTreeMap::new(),
             remains: Remains::default(),
             incidents: Vec::new(),
         })
@@ -147,8 +152,7 @@ impl Roster {
     ) -> Result<(), SquadError> {
         self.doorbell.expect(self.members.len() as u32);
         self.host.link.tell(&Event::Ready);
-        let everyone: Vec<usize> = (0..self.members.len()).collect();
-        self.await_joining(&everyone, BOOT_TICK, stop, answers, waiting)?;
+        self.await_joining(BOOT_TICK, stop, answers, waiting)?;
         self.require_every_controller()?;
         if let Some(recorder) = &mut self.recorder {
             let processes: Vec<_> = self.members.iter().map(|member| member.process).collect();
@@ -185,30 +189,32 @@ impl Roster {
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
         tell_setup(&self.host.run, scenario, mode)?;
-        let everyone: Vec<usize> = (0..self.members.len()).collect();
         let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
         self.send(&percepts, &mut Vec::new())?;
         self.members.iter_mut().for_each(|member| member.state = AgentState::expected());
         self.doorbell.expect(self.members.len() as u32);
         self.doorbell.ring();
-        self.await_joining(&everyone, BOOT_TICK, stop, answers, waiting)
+        self.await_joining(BOOT_TICK, stop, answers, waiting)
     }
 
-    /// Waits until nobody of `indices` is expected any more, or `stop` is raised.
+    /// Robots that are expected to join.
+    pub(crate) fn expected(&self) -> Vec<usize> {
+        (0..self.members.len()).filter(|&index| self.members[index].is_expected()).collect()
+    }
+
+    /// Waits until nobody is expected any more, or `stop` is raised.
     pub(crate) fn await_joining(
         &mut self,
-        indices: &[usize],
         tick: Tick,
         stop: &StopFlag,
         answers: &mut Answers,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        let began = Moment::now();
+        let (began, all) = (Moment::now(), self.expected().len());
         let mut noted = began;
         loop {
             self.welcome(tick, answers)?;
-            let expected = |&&index: &&usize| self.members[index].is_expected();
-            let missing: Vec<usize> = indices.iter().filter(expected).copied().collect();
+            let missing = self.expected();
             if missing.is_empty() || stop.is_raised() {
                 self.nobody_is_waited_for(waiting);
                 return Ok(());
@@ -216,8 +222,7 @@ impl Roster {
             self.wait_for(Awaited::Join, &missing, tick, began, waiting);
             if noted.elapsed() >= NOTE_EVERY {
                 noted = Moment::now();
-                let (missing, all) = (missing.len(), indices.len());
-                tracing::info!("waiting for {missing} of {all} robots to join");
+                tracing::info!("waiting for {} of {all} robots to join", missing.len());
             }
             if self.doorbell.wait_for_answers(JOIN_POLL) {
                 // The countdown is through, but somebody is missing: look again a little later.
@@ -265,9 +270,7 @@ impl Roster {
     /// Takes in agents that have joined since the last call; their first commands become answers.
     /// Does away with those who will not come.
     pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
-        let lost: Vec<Lost> = self.host.link.lost().collect();
-        lost.iter().try_for_each(|lost| self.on_process_exit(lost, tick))?;
-        self.remains.remove_dead(&self.host.run, &lost);
+        self.note_exits();
         self.on_death_by_hand(tick)?;
         for (index, answer) in answers.iter_mut().enumerate() {
             let AgentState::Expected { since } = self.members[index].state else { continue };
@@ -278,6 +281,8 @@ impl Roster {
                 }
                 // It is there, and stands still and silent like everybody whose command is refused.
                 Heard::Refused => self.joined(index),
+                // Looked for last: whoever has joined and ended has joined.
+                Heard::Nothing if self.exit(index).is_some() => self.end_dead(index, tick)?,
                 Heard::Nothing => self.await_longer(index, since, tick)?,
             }
         }
@@ -305,27 +310,56 @@ impl Roster {
         self.apply_hang_policy(index, tick, what)
     }
 
-    /// Deals with an agent whose process has ended without being told to.
-    fn on_process_exit(&mut self, lost: &Lost, tick: Tick) -> Result<(), SquadError> {
-        let Lost { id, pid, how } = lost;
-        let index = id.index as usize;
-        let Some(member) = self.members.get(index).filter(|member| member.id == *id) else { return Ok(()) };
-        let what = match member.state {
-            AgentState::Expected { .. } | AgentState::Paused { joined: false } => {
-                let program = program_of(&self.controllers, *id);
-                format!("the agent of {id}, {program}, ended before it joined ({how})")
+    /// Takes note of processes that have ended. It is for the squad to say when that counts: in lock-step not before
+    /// an answer is missing, so that it does not matter when the news comes.
+    pub(crate) fn note_exits(&mut self) {
+        let lost: Vec<Lost> = self.host.link.lost().collect();
+        self.remains.remove_dead(&self.host.run, &lost);
+        self.note(lost);
+    }
+
+    fn note(&mut self, lost: impl IntoIterator<Item = Lost>) {
+        let is_of_now =
+            |lost: &Lost| self.members.get(lost.id.index as usize).is_some_and(|it| it.id == lost.id);
+        self.exits.extend(lost.into_iter().filter(is_of_now).map(|lost| (lost.id, lost)));
+    }
+
+    /// The end of agent `index`'s process, as far as the supervisor has told of it.
+    pub(crate) fn exit(&self, index: usize) -> Option<&Lost> {
+        let Member { id, process, .. } = &self.members[index];
+        // Another process may have wanted to drive this robot, and been refused.
+        self.exits.get(id).filter(|lost| process.is_none_or(|process| Some(process.pid()) == lost.pid))
+    }
+
+    /// Whether the process of agent `index` has ended, by the supervisor's word or the operating system's.
+    pub(crate) fn is_dead(&self, index: usize) -> bool {
+        let process = self.members[index].process;
+        self.exit(index).is_some() || process.is_some_and(|process| process.state() == State::Dead)
+    }
+
+    /// Deals with agent `index`, whose process has ended without being told to.
+    pub(crate) fn end_dead(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
+        if self.exit(index).is_none() && !self.is_by_hand(index) {
+            // How it ended is known to the supervisor, which may not have seen it yet.
+            let news: Vec<Lost> = self.host.link.await_lost(EXIT_NEWS).collect();
+            self.note(news);
+        }
+        let member = &self.members[index];
+        let program = program_of(&self.controllers, member.id);
+        let what = match (member.state, self.exit(index)) {
+            (AgentState::Expected { .. }, Some(Lost { pid: None, how, .. })) => {
+                format!("the agent of {}, {program}, cannot be started: {how}", member.id)
             }
-            // Another process may have wanted to drive this robot, and been refused.
-            AgentState::Present | AgentState::Paused { joined: true }
-                if member.process.is_some_and(|process| process.pid() == *pid) =>
-            {
-                format!("{} died after tick {tick} ({how})", member.named())
+            (AgentState::Expected { .. }, exit) => {
+                let how = exit.map_or(String::new(), |lost| format!(" ({})", lost.how));
+                format!("the agent of {}, {program}, ended before it joined{how}", member.id)
             }
-            AgentState::Present
-            | AgentState::Paused { joined: true }
-            | AgentState::Down
-            | AgentState::Out => {
-                return Ok(());
+            (_, exit) => {
+                let theirs = self.controllers[self.controller_of(index)].program();
+                let program = theirs.map(|_| format!("its program is {program}"));
+                let how: Vec<_> = exit.map(|lost| lost.how.clone()).into_iter().chain(program).collect();
+                let how = if how.is_empty() { String::new() } else { format!(" ({})", how.join("; ")) };
+                format!("{} died before it answered tick {tick}{how}", member.named())
             }
         };
         self.apply_hang_policy(index, tick, what)
@@ -430,17 +464,6 @@ impl Roster {
         Ok(heard)
     }
 
-    /// Deals with agent `index` if its process has died. Returns whether it had.
-    pub(crate) fn end_if_dead(&mut self, index: usize, tick: Tick) -> Result<bool, SquadError> {
-        let member = &self.members[index];
-        let dead = member.process.is_some_and(|process| process.state() == State::Dead);
-        if dead {
-            let what = format!("{} died before it answered tick {tick}", member.named());
-            self.apply_hang_policy(index, tick, what)?;
-        }
-        Ok(dead)
-    }
-
     /// Deals with agent `index`, which has not answered for too long.
     pub(crate) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
         let member = &self.members[index];
@@ -505,7 +528,9 @@ impl Roster {
         self.members.get(robot as usize).map(|member| &member.notes)
     }
 
+    /// Those of one tick in the order of robots: which is seen first is chance.
     pub(crate) fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
+        self.incidents.sort_by_key(|incident| (incident.tick, incident.robot));
         incidents.append(&mut self.incidents);
     }
 
@@ -557,9 +582,10 @@ impl Roster {
 
     /// Ends the present life of robot `index`, if it has not ended yet.
     fn end(&mut self, index: usize) {
-        let by_hand = self.is_by_hand(index);
+        let (by_hand, is_dead) = (self.is_by_hand(index), self.exit(index).is_some());
         let member = &mut self.members[index];
         let (id, process) = (member.id, member.process.take());
+        self.exits.remove(&id);
         let Some(ports) = member.ports.take() else { return };
         self.host.link.tell(&Event::End(id));
         match by_hand {
@@ -570,6 +596,7 @@ impl Roster {
                 }
                 remove_dead_files(&self.host.run, vec![ports]);
             }
+            false if is_dead => remove_dead_files(&self.host.run, vec![ports]),
             false => self.remains.keep(id, process, ports),
         }
     }

@@ -4,6 +4,7 @@ use std::{
     io::{self, BufRead, Write},
     sync::mpsc::{self, Receiver},
     thread,
+    time::Duration,
 };
 
 use protocol::robot_id::RobotId;
@@ -18,9 +19,9 @@ use squad::stop::StopFlag;
 pub struct Lost {
     /// The robot, and its life.
     pub id: RobotId,
-    /// The process.
-    pub pid: u32,
-    /// How it ended.
+    /// The process; `None` if it could not be started.
+    pub pid: Option<u32>,
+    /// How it ended, or why it could not be started.
     pub how: String,
 }
 
@@ -89,6 +90,12 @@ impl Link {
     /// Processes that have ended since the last call.
     pub fn lost(&self) -> impl Iterator<Item = Lost> {
         self.lost.iter().flat_map(|lost| lost.try_iter())
+    }
+
+    /// The same, once there is one; after `timeout` none.
+    pub fn await_lost(&self, timeout: Duration) -> impl Iterator<Item = Lost> {
+        let first = self.lost.as_ref().and_then(|lost| lost.recv_timeout(timeout).ok());
+        first.into_iter().chain(self.lost())
     }
 }
 

@@ -176,9 +176,10 @@ impl Arena {
         begins_cycle.then_some(&self.percepts)
     }
 
-    /// Returns the metrics for the current percepts and the answers to them.
-    pub fn metrics(&self, answers: &[Option<Answer>]) -> Metrics {
-        self.observer().measure(self.world.poses(), answers, self.packets, self.time_s())
+    /// Returns the metrics for the current percepts and the answers to them. As many robots are `alive`, answers or
+    /// none: that is not for the arena to know.
+    pub fn metrics(&self, answers: &[Option<Answer>], alive: u32) -> Metrics {
+        self.observer().measure(self.world.poses(), answers, alive, self.packets, self.time_s())
     }
 
     /// Quantities in which faults can be felt, by now.

@@ -61,10 +61,13 @@ pub struct Metrics {
     pub mean_lamp_distance_m: Option<f64>,
     /// Mean distance of robots to the nearest peak of a Gaussian, if there are Gaussians.
     pub mean_peak_distance_m: Option<f64>,
-    /// Robots that take part, and those that the plan has paused.
+    /// Robots whose agent is there: it has joined, and is neither killed nor left out.
     pub robots_alive: u32,
-    /// Robots that the plan has paused.
+    /// Robots among them that the plan has paused.
     pub robots_paused: u32,
+    /// Robots among them that do not take part, though the plan lets them: their last command was refused or, in real
+    /// time, none has come for a while.
+    pub robots_silent: u32,
     /// Packets since the start.
     pub packets: Packets,
 }
@@ -123,11 +126,12 @@ impl Observer<'_> {
         [EstimatedErrors::of(answers).mean_m, partition.rough_cost(self.field)]
     }
 
-    /// The state of the robots that `answers` has commands of, at `time_s` of virtual time.
+    /// The state of the robots that `answers` has commands of, at `time_s` of virtual time. As many are `alive`.
     pub fn measure(
         &self,
         poses: &[Pose],
         answers: &[Option<Answer>],
+        alive: u32,
         packets: Packets,
         time_s: f64,
     ) -> Metrics {
@@ -159,8 +163,9 @@ impl Observer<'_> {
             neighbors_over_bound: self.hearing.over_bound(),
             mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
             mean_peak_distance_m: mean_peak_distance(&positions, &peaks),
-            robots_alive: present.len() as u32 + self.paused,
+            robots_alive: alive,
             robots_paused: self.paused,
+            robots_silent: alive.saturating_sub(self.paused + present.len() as u32),
             packets,
         }
     }

@@ -203,7 +203,7 @@ impl TickView<'_> {
 
     /// Returns the metrics of the swarm.
     pub fn metrics(&self) -> &Metrics {
-        self.metrics.get_or_init(|| self.arena.metrics(self.answers))
+        self.metrics.get_or_init(|| self.arena.metrics(self.answers, self.squad.robots_alive()))
     }
 
     /// Returns the quantities in which faults can be felt: less work than all metrics.

@@ -44,13 +44,13 @@ pub enum Order {
     Trial(String),
     /// End the run at the next tick and write what there is.
     Stop,
-    /// An agent's process has ended.
+    /// An agent's process has ended, or none could be started.
     Lost {
         /// The robot, and its life.
         id: RobotId,
-        /// The process.
-        pid: u32,
-        /// How it ended, such as `exit status 1` or `signal 9`.
+        /// The process; `None` if it could not be started.
+        pid: Option<u32>,
+        /// How it ended, such as `exit status 1` or `signal 9`, or why it could not be started.
         how: String,
     },
 }

@@ -3,7 +3,7 @@
 /// Columns of `trials.csv` before those of the sweeps.
 pub(super) const KEYS: [&str; 4] = ["setting", "trial", "seed", "robots"];
 /// Columns of `trials.csv` that name no sweep.
-pub(super) const COLUMNS: [&str; 33] = [
+pub(super) const COLUMNS: [&str; 34] = [
     "setting",
     "trial",
     "seed",
@@ -31,6 +31,7 @@ pub(super) const COLUMNS: [&str; 33] = [
     "mean_lamp_distance_m",
     "robots_alive",
     "robots_paused",
+    "robots_silent",
     "robots_without_error",
     "robots_with_open_cell",
     "robots_without_mass",

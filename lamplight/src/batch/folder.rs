@@ -349,7 +349,7 @@ fn row(trial: &Trial<'_>, done: &Done) -> Vec<String> {
     row.extend([end.mean_error_m, end.max_error_m, end.mean_true_error_m, end.cost_h].map(perhaps));
     row.extend([*exact_cost_h, end.cell_agreement].map(perhaps));
     row.extend([end.mean_peak_distance_m, end.mean_lamp_distance_m].map(perhaps));
-    row.extend([end.robots_alive, end.robots_paused].map(|count| count.to_string()));
+    row.extend([end.robots_alive, end.robots_paused, end.robots_silent].map(|count| count.to_string()));
     row.extend([end.robots_without_error, end.robots_with_open_cell].map(|count| count.to_string()));
     row.push(end.robots_without_mass.to_string());
     row.extend([end.packets.in_range, end.packets.heard].map(|count| count.to_string()));

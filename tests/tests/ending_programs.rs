@@ -1,0 +1,129 @@
+//! Programs that end by themselves: when the news of it comes is chance, what comes of it is not.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use tests::programs::{Run, lamplight, program, said};
+
+/// Robots and params of each program's entry.
+type Entries = [(&'static str, &'static str)];
+
+/// Twelve robots of a few entries, all of which name the same program.
+fn scenario(folder: &Path, on_hang: &str, entries: &Entries) -> PathBuf {
+    // A test may have it removed.
+    fs::copy(program("scripted-agent"), folder.join("mind")).unwrap();
+    let entry = |(robots, params): &(&str, &str)| {
+        format!("[[controller]]\nrobots = {robots:?}\nprogram = [\"./mind\"]\nparams = {{ {params} }}\n")
+    };
+    let entries: String = entries.iter().map(entry).collect();
+    let file = folder.join("twelve.toml");
+    let text = format!(
+        "duration_s = 2\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 12\nchannel.range_m = 1\n\
+         processes.on_hang = {on_hang:?}\n{entries}"
+    );
+    fs::write(&file, text).unwrap();
+    file
+}
+
+fn run(on_hang: &str, entries: &Entries, options: &[&str]) -> Run {
+    let folder = tempfile::tempdir().unwrap();
+    let output = lamplight(["run", "--quiet", "--out"])
+        .arg(folder.path().join("out"))
+        .arg(scenario(folder.path(), on_hang, entries))
+        .args(options)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    Run::in_folder(folder)
+}
+
+/// What is the same in equal runs: the digest, and who has lost what when, without the numbers of processes.
+fn course(run: &Run) -> (String, Vec<String>) {
+    let out = run.file("");
+    let folder = out.ancestors().nth(1).unwrap().display().to_string();
+    let incidents = run.summary["incidents"].as_array().unwrap().iter().map(|incident| {
+        let what = incident["what"].as_str().unwrap().replace(&folder, "");
+        let what = match what.split_once(" (pid ") {
+            Some((robot, rest)) => format!("{robot}{}", rest.split_once(')').unwrap().1),
+            None => what,
+        };
+        format!("tick {}: {what}", incident["tick"])
+    });
+    (run.digest().to_owned(), incidents.collect())
+}
+
+/// Half of the robots end, in two ways.
+const ENDING: &Entries = &[
+    ("0-2", "ends_in_step = 3, ends_by = \"exit\", begins_after_ms = 30"),
+    ("3-5", "ends_in_step = 8, ends_by = \"panic\", begins_after_ms = 5"),
+    ("6-11", ""),
+];
+
+#[test]
+fn lives_that_end_by_themselves_and_begin_anew_give_one_digest() {
+    let first = run("restart", ENDING, &[]);
+    let expected = course(&first);
+    // Ticks 0 to 20 have a step each: every third, or eighth, ends a life, and the next one has the step after it.
+    assert_eq!(expected.1.len(), 3 * 7 + 3 * 2, "{:#?}", expected.1);
+    for robot in first.robots() {
+        let lives = [7, 2, 0, 0][robot.robot as usize / 3];
+        assert_eq!((robot.incarnation, robot.alive), (lives, true), "{robot:?}");
+    }
+    for plane in ["blackboard", "blackboard", "publish-subscribe", "publish-subscribe"] {
+        let again = run("restart", ENDING, &["--set", &format!("processes.plane={plane}")]);
+        assert_eq!(course(&again), expected, "{plane}");
+    }
+}
+
+#[test]
+fn lives_that_end_by_themselves_and_are_left_out_give_one_course() {
+    let expected = course(&run("exclude", ENDING, &[]));
+    assert_eq!(expected.1.len(), 6, "{:#?}", expected.1);
+    assert_eq!(
+        expected.1[0],
+        "tick 2: robot 0 died before it answered tick 2 (exit status 3; its program is /mind); \
+         it is left out from here on"
+    );
+    for _ in 0..3 {
+        assert_eq!(course(&run("exclude", ENDING, &[])), expected);
+    }
+}
+
+#[test]
+fn a_plan_for_robots_that_also_end_by_themselves_gives_one_course() {
+    let fault = "fault=[{ kind = \"kill\", at_s = 0.3, restart_at_s = 0.5, robots = \"0-4\" }, \
+                 { kind = \"pause\", from_s = 0.8, until_s = 1.2, robots = \"1-5\" }]";
+    let expected = course(&run("restart", ENDING, &["--set", fault]));
+    assert!(!expected.1.is_empty());
+    for _ in 0..3 {
+        assert_eq!(course(&run("restart", ENDING, &["--set", fault])), expected);
+    }
+}
+
+#[test]
+fn a_program_that_is_gone_when_a_life_begins_anew_costs_its_robot_and_nothing_else() {
+    let gone = &[("3", "ends_in_step = 3, removes_program = true"), ("0-2,4-11", "")];
+    let run = run("restart", gone, &[]);
+    let (_, incidents) = course(&run);
+    assert_eq!(run.summary["ended"], "finished");
+    assert_eq!((run.number("robots_alive"), incidents.len()), (11.0, 6), "{incidents:#?}");
+    assert!(incidents[0].starts_with("tick 2: robot 3 died before it answered tick 2 (exit status 3; "));
+    let starts = "tick 2: the agent of robot 3 (life 2), /mind, cannot be started: ";
+    assert!(incidents[1].starts_with(starts), "{incidents:#?}");
+    let ends = "; it is left out from here on: none of 5 lives in a row has joined";
+    assert!(incidents[5].ends_with(ends), "{incidents:#?}");
+}
+
+#[test]
+fn a_program_that_is_gone_when_the_plan_restarts_its_robot_is_left_out() {
+    let gone = &[("3", "ends_in_step = 3, removes_program = true"), ("0-2,4-11", "")];
+    let fault = "fault=[{ kind = \"kill\", at_s = 0.2, restart_at_s = 0.5, robots = \"5\" }]";
+    let run = run("exclude", gone, &["--set", fault]);
+    let left_out: Vec<u32> =
+        run.robots().iter().filter(|robot| !robot.alive).map(|robot| robot.robot).collect();
+    assert_eq!((left_out, run.number("robots_alive")), (vec![3, 5], 10.0));
+}
