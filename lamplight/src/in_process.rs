@@ -45,9 +45,8 @@ pub(crate) const INSTEAD: &str = "this plays robots in one process, without prog
 pub(crate) fn squad(scenario: &Scenario) -> impl Squad {
     let setup = |robot| scenario.coverage_setup(robot).expect("programs were refused");
     let setups: Vec<CoverageSetup> = (0..scenario.robot_count()).map(setup).collect();
-    let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
     let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
-    InProcess::new(0..scenario.robot_count(), payload_bytes_max, new).expect("no setup is refused")
+    InProcess::new(scenario, 0..scenario.robot_count(), new).expect("no setup is refused")
 }
 
 /// Does some work that may panic, and uses nothing afterwards that it has touched.

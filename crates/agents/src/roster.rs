@@ -19,7 +19,8 @@ use protocol::{
 };
 use scenario::{Controller, OnHang, ProcessAction, ProcessFault, ProcessesSpec, RobotSet, Scenario};
 use squad::{
-    Answers, Awaited, Incident, RobotStatus, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
+    Answers, Awaited, Incident, RobotStatus, STILLBORN_MAX, SquadError, WaitingSink, moment::Moment,
+    stop::StopFlag,
 };
 use transport::{
     control::Event,
@@ -45,9 +46,6 @@ use crate::{
 /// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
 /// flood is read no further than this, and every excess command read is counted as refused.
 const READS_MAX: usize = 8;
-/// Lives of a robot in a row that may end before they join, under `on_hang = "restart"`: a program that cannot run is not
-/// started for ever.
-const STILLBORN_MAX: u32 = 5;
 /// How long the supervisor gets to say how a process has ended that the operating system calls dead.
 const EXIT_NEWS: Duration = Duration::from_millis(200);
 /// How often the arena looks for agents that join.

@@ -8,8 +8,11 @@ use protocol::{
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
-use scenario::{ProcessAction, ProcessFault};
-use squad::{Answers, Participation, RobotStatus, Squad, SquadError, WaitingSink, stop::StopFlag};
+use scenario::{OnHang, ProcessAction, ProcessFault, Scenario};
+use squad::{
+    Answers, Incident, Participation, RobotStatus, STILLBORN_MAX, Squad, SquadError, WaitingSink,
+    stop::StopFlag,
+};
 
 /// Controllers of robots, in this process: any `C`, which `N` makes for each life of a robot.
 #[derive(Debug)]
@@ -18,14 +21,19 @@ pub struct InProcess<C, N> {
     new: N,
     /// Longest payload that is accepted, bytes.
     payload_bytes_max: usize,
+    /// What is done about a robot whose next life cannot begin.
+    on_hang: OnHang,
+    incidents: Vec<Incident>,
 }
 
 /// One life of a robot.
 #[derive(Debug)]
 struct Life<C> {
     id: RobotId,
-    /// `None` once it has been killed.
+    /// `None` once it has been killed or left out.
     controller: Option<Hosted<C>>,
+    /// It is left out for good: a new life could not begin.
+    is_out: bool,
     /// It does nothing and keeps its memory.
     paused: bool,
     /// Its answer to the percept that was sent last.
@@ -37,26 +45,61 @@ struct Life<C> {
 }
 
 impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
-    /// Makes robots of these numbers, each with a controller of its own by `new`, whose payloads have up to so many
-    /// bytes.
+    /// Makes robots of these numbers of `scenario`, each with a controller of its own by `new`.
     ///
     /// # Errors
     /// The first that `new` fails with.
     pub fn new(
+        scenario: &Scenario,
         robots: impl IntoIterator<Item = u32>,
-        payload_bytes_max: usize,
         new: N,
     ) -> Result<Self, SquadError> {
-        let life = |id| Ok(Life::new(id, new(id)?, 0));
+        let life = |id| Ok(Life::new(id, Some(new(id)?), 0));
         let robots = robots.into_iter().map(RobotId::first).map(life).collect::<Result<_, _>>()?;
-        Ok(Self { robots, new, payload_bytes_max })
+        Ok(Self {
+            robots,
+            new,
+            payload_bytes_max: scenario.channel.payload_bytes_max.get().into(),
+            on_hang: scenario.processes.on_hang,
+            incidents: Vec::new(),
+        })
+    }
+
+    /// Begins a new life of the robot at `place`. If its controller refuses, that is what a process is that does not
+    /// join: the scenario says what is done.
+    fn begin_anew(&mut self, place: usize, tick: Tick) -> Result<(), SquadError> {
+        let Self { robots, new, payload_bytes_max, on_hang, incidents } = self;
+        let attempts = if *on_hang == OnHang::Restart { STILLBORN_MAX } else { 1 };
+        let robot = &mut robots[place];
+        for left in (0..attempts).rev() {
+            let (id, refused) = (robot.id.reborn(), robot.refused);
+            let begun = new(id).and_then(|controller| {
+                let mut life = Life::new(id, Some(controller), refused);
+                life.boot(*payload_bytes_max)?;
+                Ok(life)
+            });
+            let why = match begun {
+                Ok(life) => {
+                    *robot = life;
+                    return Ok(());
+                }
+                Err(why) if *on_hang == OnHang::Fail => return Err(why),
+                Err(why) => why,
+            };
+            *robot = Life { is_out: left == 0, ..Life::new(id, None, refused) };
+            let consequence = if robot.is_out { "left out from here on" } else { "restarted" };
+            let what = format!("{id} cannot begin: {why}; it is {consequence}");
+            tracing::warn!("{what}");
+            incidents.push(Incident { robot: id.index, tick, what });
+        }
+        Ok(())
     }
 }
 
 impl<C: Controller> Life<C> {
-    fn new(id: RobotId, controller: C, refused: u64) -> Self {
-        let controller = Some(Hosted::new(id, controller));
-        Self { id, controller, paused: false, answer: None, refused, notes: Notes::default() }
+    fn new(id: RobotId, controller: Option<C>, refused: u64) -> Self {
+        let controller = controller.map(|controller| Hosted::new(id, controller));
+        Self { id, controller, is_out: false, paused: false, answer: None, refused, notes: Notes::default() }
     }
 
     /// Has it do something, and answer.
@@ -106,27 +149,34 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
 
     fn apply_process_faults(
         &mut self,
-        _: Tick,
+        tick: Tick,
         process_faults: &[ProcessFault],
         answers: &mut Answers,
         _: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
         for &ProcessFault { robot, action } in process_faults {
-            let Some(life) = self.robots.iter_mut().find(|life| life.id.index == robot) else { continue };
-            let answer = &mut answers[robot as usize];
+            let is_struck = |life: &Life<C>| life.id.index == robot && !life.is_out;
+            let Some(place) = self.robots.iter().position(is_struck) else { continue };
+            let (life, answer) = (&mut self.robots[place], &mut answers[robot as usize]);
             match action {
                 ProcessAction::Kill => (life.controller, *answer) = (None, None),
                 ProcessAction::Pause => (life.paused, *answer) = (true, None),
                 ProcessAction::Resume => life.paused = false,
                 ProcessAction::Restart => {
-                    let id = life.id.reborn();
-                    *life = Life::new(id, (self.new)(id)?, life.refused);
-                    life.boot(self.payload_bytes_max)?;
-                    *answer = life.answer.take();
+                    self.begin_anew(place, tick)?;
+                    *answer = self.robots[place].answer.take();
                 }
             }
         }
         Ok(())
+    }
+
+    fn left_out(&self) -> Vec<u32> {
+        self.robots.iter().filter(|life| life.is_out).map(|life| life.id.index).collect()
+    }
+
+    fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
+        incidents.append(&mut self.incidents);
     }
 
     fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
@@ -152,6 +202,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
             id: life.id,
             pid: None,
             participation: match life {
+                Life { is_out: true, .. } => Participation::Out,
                 Life { controller: None, .. } => Participation::Down,
                 Life { paused: true, .. } => Participation::Paused,
                 Life { .. } => Participation::Present,
@@ -168,11 +219,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
 #[cfg(test)]
 mod tests {
     use coverage::CoverageController;
-    use protocol::{
-        command::Command,
-        controller::StageObserver,
-        payload::{Payload, SHORT_PAYLOAD_BYTES},
-    };
+    use protocol::{command::Command, controller::StageObserver, payload::Payload};
     use scenario::Scenario;
 
     use super::*;
@@ -188,10 +235,15 @@ mod tests {
     }
 
     fn of(robots: impl IntoIterator<Item = u32>) -> impl Squad {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let scenario = Scenario::load(&folder.join("../../scenarios/swarmbots.toml"), &[]).unwrap();
+        let scenario = scenario(&[]);
         let setup = scenario.coverage_setup(0).unwrap();
-        InProcess::new(robots, SHORT_PAYLOAD_BYTES, move |id| Ok(CoverageController::new(id, setup))).unwrap()
+        InProcess::new(&scenario, robots, move |id| Ok(CoverageController::new(id, setup))).unwrap()
+    }
+
+    fn scenario(sets: &[&str]) -> Scenario {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let sets: Vec<_> = sets.iter().map(|set| set.parse().unwrap()).collect();
+        Scenario::load(&folder.join("../../scenarios/swarmbots.toml"), &sets).unwrap()
     }
 
     fn squad() -> (impl Squad, AnswersOfAll) {
@@ -285,6 +337,40 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_controller_that_refuses_a_new_life_is_what_a_process_is_that_does_not_join() {
+        for (on_hang, lives, is_there) in
+            [("fail", None, false), ("exclude", Some(1), false), ("restart", Some(3), true)]
+        {
+            let scenario = scenario(&[&format!("processes.on_hang={on_hang}")]);
+            let new = |id: RobotId| match id.incarnation {
+                1 | 2 => Err(SquadError("not now".into())),
+                _ => Ok(Talkative(0)),
+            };
+            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new).unwrap());
+            let restart = [ProcessFault { robot: 1, action: ProcessAction::Restart }];
+            let done = squad.apply_process_faults(7, &restart, &mut answers, &mut |_| ());
+            let Some(lives) = lives else {
+                assert_eq!(done, Err(SquadError("not now".into())));
+                continue;
+            };
+            done.unwrap();
+            let robot = squad.robot_statuses()[1];
+            assert_eq!(
+                (robot.id.incarnation, robot.is_alive(), answers[1].is_some()),
+                (lives, is_there, is_there)
+            );
+            assert_eq!(squad.left_out(), if is_there { vec![] } else { vec![1] });
+            let mut incidents = Vec::new();
+            squad.take_incidents(&mut incidents);
+            let consequences = incidents.iter().map(|incident| incident.what.rsplit("; ").next().unwrap());
+            let expected =
+                if is_there { vec!["it is restarted"; 2] } else { vec!["it is left out from here on"] };
+            assert_eq!(consequences.collect::<Vec<_>>(), expected);
+            assert_eq!((incidents[0].robot, incidents[0].tick), (1, 7));
+        }
+    }
+
     /// Says more from percept to percept.
     struct Talkative(usize);
 
@@ -305,7 +391,11 @@ mod tests {
 
     #[test]
     fn a_command_that_says_more_than_is_allowed_is_refused_and_counted() {
-        let mut squad = InProcess::new(0..1, 3, |_| Ok(Talkative(0))).unwrap();
+        // The paper's controllers would need more.
+        let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [1, 1]\nrobots.count = 1\n\
+                    channel = { range_m = 1, payload_bytes_max = 3 }\ncontroller.program = [\"talkative\"]";
+        let scenario = Scenario::parse("test", text, &[]).unwrap();
+        let mut squad = InProcess::new(&scenario, 0..1, |_| Ok(Talkative(0))).unwrap();
         let mut answers = vec![None];
         squad.join_all(&mut answers, &StopFlag::default(), &mut |_| ()).unwrap();
         for tick in 0..5 {

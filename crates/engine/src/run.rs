@@ -70,7 +70,6 @@ pub fn run(
         controllers[entry](robot, &params[entry])
     };
     let mut arena = Arena::new(scenario)?;
-    let payload_bytes_max = scenario.channel.payload_bytes_max.get().into();
-    let mut squad = InProcess::new(0..scenario.robot_count(), payload_bytes_max, new)?;
+    let mut squad = InProcess::new(scenario, 0..scenario.robot_count(), new)?;
     Ok(play(scenario, &mut arena, &mut squad, Plan::IN_PROCESS, observers, &StopFlag::default()))
 }

@@ -293,3 +293,14 @@ fn who_starts_no_processes_refuses_programs() {
         hint: use --engine processes"#]]
     .assert_eq(&error.replace(&folder, "DIR"));
 }
+
+#[test]
+fn a_program_in_a_folder_whose_name_is_no_text_is_refused_with_its_line() {
+    let text = text("controller.program = [\"./mind\"]\n");
+    // So a path reads that is no UTF-8.
+    let refusal = Scenario::parse("caf\u{FFFD}/x.toml", &text, &[]).expect_err("nobody could start it");
+    expect![[r#"
+        caf�/x.toml:7: the folder of caf�/x.toml has a name that is no UTF-8, and so has the program
+        hint: move them into another folder"#]]
+    .assert_eq(&refusal.to_string());
+}

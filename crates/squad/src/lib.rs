@@ -14,6 +14,11 @@ pub mod stop;
 mod waiting;
 
 pub use composite::Composite;
+
+/// Lives of a robot in a row that may fail to begin, under `on_hang = "restart"`: what cannot run is not started for
+/// ever.
+pub const STILLBORN_MAX: u32 = 5;
+
 pub use squad::{Answers, Incident, Squad, SquadError, WaitingSink};
 pub use status::{Participation, RobotStatus};
 pub use waiting::{Awaited, NAMED_MAX, Waited, Waiting};

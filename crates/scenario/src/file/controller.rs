@@ -4,7 +4,7 @@
 //! program; which, one look at its keys tells, and then serde reads it.
 
 use std::num::NonZeroU32;
-use std::path::{self, Path};
+use std::path::{self, Path, PathBuf};
 
 use coverage::law::Law;
 use schemars::{JsonSchema, SchemaGenerator};
@@ -207,7 +207,7 @@ pub(crate) fn resolve(
                 (keys.robots.clone(), Mind::Law(keys.resolve(&path, timeout_cycles)?))
             }
             ControllerTable::Program(keys) => {
-                (keys.robots.clone(), Mind::Program(keys.resolve(source_name, timeout_cycles)))
+                (keys.robots.clone(), Mind::Program(keys.resolve(source_name, &path, timeout_cycles)?))
             }
         };
         let robots = robots.or_else(|| RobotSet::of(0..count).filter(|_| is_alone)).ok_or_else(|| {
@@ -268,15 +268,27 @@ impl LawKeys {
 }
 
 impl ProgramKeys {
-    fn resolve(self, source_name: &str, neighbor_timeout_cycles: NonZeroU32) -> ProgramSpec {
+    fn resolve(
+        self,
+        source_name: &str,
+        path: &str,
+        neighbor_timeout_cycles: NonZeroU32,
+    ) -> Result<ProgramSpec, Problem> {
         let mut command = self.program;
         if let Some(program) = command.first_mut().filter(|program| program.contains('/')) {
             let beside = Path::new(source_name).parent().unwrap_or(Path::new("")).join(&*program);
-            if let Ok(absolute) = path::absolute(beside) {
-                *program = absolute.to_string_lossy().into_owned();
-            }
+            let absolute = path::absolute(beside).map(PathBuf::into_os_string).unwrap_or_default();
+            // A name with such a character has been read from one that is no UTF-8.
+            let named =
+                absolute.into_string().ok().filter(|named| !named.contains(char::REPLACEMENT_CHARACTER));
+            *program = named.ok_or_else(|| {
+                let message = format!(
+                    "the folder of {source_name} has a name that is no UTF-8, and so has the program"
+                );
+                problem(&[&format!("{path}.program")], message).hint("move them into another folder")
+            })?;
         }
-        ProgramSpec { command, params: self.params, neighbor_timeout_cycles }
+        Ok(ProgramSpec { command, params: self.params, neighbor_timeout_cycles })
     }
 }
 
