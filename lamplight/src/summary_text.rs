@@ -114,13 +114,14 @@ fn write_contacts(text: &mut String, unsolved: u64, coarse: u64) -> fmt::Result 
 
 /// Writes the agents' times.
 fn write_agents(text: &mut String, agents: &Totals) -> fmt::Result {
-    let StagesUs { wake, receive, neighbors, cell, truncation, centroid, publish } = agents.stages_us;
+    let StagesUs { wake, receive, neighbors, cell, truncation, centroid, step, publish } = agents.stages_us;
     let stages = [
         ("receive", receive),
         ("neighbors", neighbors),
         ("cell", cell),
         ("truncation", truncation),
         ("centroid", centroid),
+        ("step", step),
         ("publish", publish),
     ];
     write!(text, "agents: cycle {}", of_spread(agents.cycle_us))?;

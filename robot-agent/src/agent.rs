@@ -92,7 +92,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         let mut frame = Frame::new();
         answer.packet().encode_to(&mut frame);
         self.ports.send(
-            RawCommand::new(tick, answer, &frame, self.pid).timed(times),
+            RawCommand::new(tick, answer, &frame, self.pid).timed(times, self.stopwatch.missed()),
             &frame,
             self.notes.values(),
         )
@@ -115,6 +115,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         self.stopwatch.received();
         let answer = self.transmitter.answer(self.controller.step(&self.percept, &mut self.stopwatch));
         self.notes.update(&self.controller);
+        self.stopwatch.stepped();
         self.send(self.percept.tick, &answer, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");

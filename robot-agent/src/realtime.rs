@@ -64,7 +64,7 @@ pub(crate) fn run<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
             let fired = timer.fired(now);
             agent.stopwatch.woke_late(fired.late);
             // Before percepts begin, there is nothing to be in time for.
-            agent.stopwatch.missed(if begun { fired.skipped } else { 0 });
+            agent.stopwatch.miss(if begun { fired.skipped } else { 0 });
             agent.listen()?;
             if agent.answer(run)? {
                 bell.answer_as(agent.id.index);
@@ -73,7 +73,7 @@ pub(crate) fn run<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
                 return Err(Abandoned::LeftOut { run: run.name().clone(), id: agent.id }.into());
             }
             if begun && !timer.is_in_time(Instant::now()) {
-                agent.stopwatch.missed(1);
+                agent.stopwatch.miss(1);
             }
         }
         if now - asked.max(answered) > ALIVE_POLL {

@@ -18,12 +18,13 @@ pub(crate) struct Stopwatch {
     last: Stamp,
     /// The present cycle, and what the one before took to publish.
     times: RawTimes,
+    missed: u32,
 }
 
 impl Stopwatch {
     pub(crate) fn new() -> Self {
         let clock = Clock::of_this_machine();
-        Self { clock, last: clock.now(), times: RawTimes::default() }
+        Self { clock, last: clock.now(), times: RawTimes::default(), missed: 0 }
     }
 
     /// The agent wakes up.
@@ -39,8 +40,13 @@ impl Stopwatch {
     }
 
     /// Counts deadlines that have not been met.
-    pub(crate) fn missed(&mut self, deadlines: u32) {
-        self.times.missed = self.times.missed.saturating_add(deadlines);
+    pub(crate) fn miss(&mut self, deadlines: u32) {
+        self.missed = self.missed.saturating_add(deadlines);
+    }
+
+    /// Deadlines that have not been met so far.
+    pub(crate) fn missed(&self) -> u32 {
+        self.missed
     }
 
     /// It has read a percept between two cycles.
@@ -50,7 +56,13 @@ impl Stopwatch {
 
     /// It has read its percept.
     pub(crate) fn received(&mut self) {
-        self.times.receive = self.lap();
+        let receive = self.lap();
+        self.times = RawTimes { receive, neighbors: 0, cell: 0, truncation: 0, centroid: 0, ..self.times };
+    }
+
+    /// Its controller has done its step.
+    pub(crate) fn stepped(&mut self) {
+        self.times.step = self.lap();
     }
 
     /// Times that are known before the command is sent.
@@ -79,12 +91,14 @@ impl Stopwatch {
 impl StageObserver for Stopwatch {
     fn passed(&mut self, stage: Stage) {
         let lap = self.lap();
-        *match stage {
+        let stage = match stage {
             Stage::Neighbors => &mut self.times.neighbors,
             Stage::Cell => &mut self.times.cell,
             Stage::Truncation => &mut self.times.truncation,
             Stage::Centroid => &mut self.times.centroid,
-        } = lap;
+        };
+        // One that is told again goes on.
+        *stage = stage.saturating_add(lap);
     }
 }
 
@@ -101,20 +115,21 @@ mod tests {
         let mut watch = Stopwatch::new();
         let before = watch.clock.now();
         watch.woke_late(Duration::from_secs(3600));
-        watch.missed(2);
+        watch.miss(2);
         watch.received();
-        Stage::ALL.into_iter().for_each(|stage| watch.passed(stage));
+        Stage::ALL.into_iter().rev().chain(Stage::ALL).for_each(|stage| watch.passed(stage));
+        watch.stepped();
         let times = watch.times();
         assert!(before.0 <= times.woke);
         assert_eq!(times.decided(), watch.last, "the stages add up to the whole");
-        assert_eq!((times.late_ns, times.missed, times.publish_before), (u32::MAX, 2, 0));
+        assert_eq!((times.late_ns, watch.missed(), times.publish_before), (u32::MAX, 2, 0));
         watch.published();
         let published = watch.last;
         watch.woke_late(Duration::ZERO);
-        watch.missed(1);
+        watch.miss(1);
         let next = watch.times();
         assert_eq!(times.decided().0 + u64::from(next.publish_before), published.0);
-        assert_eq!((next.late_ns, next.missed), (0, 3));
+        assert_eq!((next.late_ns, watch.missed()), (0, 3));
         watch.booted();
         assert_eq!(watch.times().publish_before, 0);
     }

@@ -4,13 +4,14 @@
 
 use std::{
     collections::BTreeMap,
+    fs,
     path::{Path, PathBuf},
     process::Command,
 };
 
 use serde::Deserialize;
 use serde_json::Value;
-use tests::programs::{Run, lamplight, said, scenario};
+use tests::programs::{Run, lamplight, program, said, scenario};
 
 /// The columns of `robots.csv` that come from measuring.
 #[derive(Debug, Deserialize)]
@@ -26,6 +27,7 @@ struct Measured {
     cell_p50_us: Option<f64>,
     truncation_p50_us: Option<f64>,
     centroid_p50_us: Option<f64>,
+    step_p50_us: Option<f64>,
     publish_p50_us: Option<f64>,
     packet_p50_us: Option<f64>,
     packet_p99_us: Option<f64>,
@@ -106,6 +108,7 @@ fn the_interval_log_says_the_same_as_summary_and_table() {
             ("cell", robot.cell_p50_us),
             ("truncation", robot.truncation_p50_us),
             ("centroid", robot.centroid_p50_us),
+            ("step", robot.step_p50_us),
             ("publish", robot.publish_p50_us),
             ("packet", robot.packet_p50_us),
         ] {
@@ -113,6 +116,28 @@ fn the_interval_log_says_the_same_as_summary_and_table() {
         }
         assert!(close(of("cycle").max_us, robot.cycle_max_us.unwrap()), "{robot:?}");
         assert!(robot.cycle_p99_us <= robot.cycle_max_us && robot.packet_p50_us <= robot.packet_p99_us);
+    }
+}
+
+#[test]
+fn a_controller_without_stages_has_all_of_its_step_in_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("loud.toml");
+    // Lines take it longer than any other part of a cycle.
+    let text = format!(
+        "duration_s = 2\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 3\nchannel.range_m = 1\n\
+         [[controller]]\nprogram = [{:?}]\nparams = {{ lines_per_step = 20 }}\n",
+        program("scripted-agent")
+    );
+    fs::write(&file, text).unwrap();
+    let out = folder.path().join("out");
+    let output = lamplight(["run", "--quiet", "--out"]).arg(&out).arg(&file).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    for robot in Run::in_folder(folder).rows::<Measured>("robots.csv") {
+        let told =
+            [robot.neighbors_p50_us, robot.cell_p50_us, robot.truncation_p50_us, robot.centroid_p50_us];
+        assert_eq!(told, [Some(0.0); 4], "{robot:?}");
+        assert!(robot.step_p50_us > Some(0.5 * robot.cycle_p50_us.unwrap()), "{robot:?}");
     }
 }
 

@@ -57,7 +57,7 @@ fn a_trace_shows_cycles_packets_and_faults() {
     assert!(trace.ticks(ARENA, "tick").into_iter().eq(0..=20));
     assert!(trace.ticks(robot(0), "cycle").into_iter().eq(0..20));
     assert!(trace.ticks(robot(1), "cycle").into_iter().eq((0..9).chain(15..20)));
-    for stage in ["wake", "receive", "neighbors", "cell", "truncation", "centroid", "publish"] {
+    for stage in ["wake", "receive", "neighbors", "cell", "truncation", "centroid", "step", "publish"] {
         assert_eq!(trace.named("X", stage).count(), 4 * 20 + 14, "{stage}");
     }
     for part in ["world", "hand out", "wait for agents"] {
@@ -161,7 +161,7 @@ fn a_viewer_opens_a_trace_and_finds_in_it_what_was_meant() {
             shown.map(|slice| (slice.parent.as_deref(), slice.title.as_str())).collect();
         let mut expected = match track.process.as_str() {
             "arena" => vec![(None, "tick"), (Some("tick"), "world"), (Some("tick"), "hand out")],
-            _ => ["receive", "neighbors", "cell", "truncation", "centroid", "publish"]
+            _ => ["receive", "neighbors", "cell", "truncation", "centroid", "step", "publish"]
                 .map(|stage| (Some("cycle"), stage))
                 .into(),
         };

@@ -447,6 +447,7 @@ impl Roster {
                     }
                     if let Some(recorder) = &mut self.recorder {
                         recorder.note(index, raw.tick, &answer.header(), &raw.times);
+                        recorder.missed(index, raw.missed);
                     }
                     heard = Heard::Command(raw.tick, answer);
                 }

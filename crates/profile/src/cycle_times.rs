@@ -17,19 +17,22 @@ pub enum Stage {
     Truncation,
     /// Mass and centroid are integrated.
     Centroid,
-    /// The command is made out of the goal and sent.
+    /// The rest of the controller's step: all of it where it tells of no stages.
+    Step,
+    /// The command is sent.
     Publish,
 }
 
 impl Stage {
     /// All stages, in their order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Wake,
         Self::Receive,
         Self::Neighbors,
         Self::Cell,
         Self::Truncation,
         Self::Centroid,
+        Self::Step,
         Self::Publish,
     ];
 
@@ -42,6 +45,7 @@ impl Stage {
             Self::Cell => "cell",
             Self::Truncation => "truncation",
             Self::Centroid => "centroid",
+            Self::Step => "step",
             Self::Publish => "publish",
         }
     }

@@ -23,13 +23,14 @@ pub enum Span {
 
 impl Span {
     /// Everything that is measured, in the order of outputs.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Stage(Stage::Wake),
         Self::Stage(Stage::Receive),
         Self::Stage(Stage::Neighbors),
         Self::Stage(Stage::Cell),
         Self::Stage(Stage::Truncation),
         Self::Stage(Stage::Centroid),
+        Self::Stage(Stage::Step),
         Self::Stage(Stage::Publish),
         Self::Cycle,
         Self::Packet,
@@ -50,9 +51,9 @@ impl Span {
     pub fn index(self) -> usize {
         match self {
             Self::Stage(stage) => stage as usize,
-            Self::Cycle => 7,
-            Self::Packet => 8,
-            Self::Jitter => 9,
+            Self::Cycle => 8,
+            Self::Packet => 9,
+            Self::Jitter => 10,
         }
     }
 }

@@ -165,7 +165,7 @@ mod tests {
         let mut recent = Recent::new(2, now);
         assert_eq!(recent.cycles(1), None);
         for cycle in 1..=KEPT as u32 + 44 {
-            recent.note(1, [7_000, cycle * 1000, 0, 0, 0, 0, 0]);
+            recent.note(1, [7_000, cycle * 1000, 0, 0, 0, 0, 0, 0]);
         }
         // 45 to 300 are left of 300.
         let cycles = recent.cycles(1).unwrap();
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(times.stages[0].unwrap().max_us.round(), 7.0);
         recent.reborn(1);
         assert_eq!(recent.cycles(1), None);
-        recent.note(1, [0, 5_000, 0, 0, 0, 0, 1_000]);
+        recent.note(1, [0, 5_000, 0, 0, 0, 0, 0, 1_000]);
         assert_eq!(recent.cycles(1).unwrap().last_us, 6.0);
     }
 }

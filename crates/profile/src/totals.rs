@@ -50,6 +50,7 @@ pub struct StagesUs {
     pub cell: Option<Spread>,
     pub truncation: Option<Spread>,
     pub centroid: Option<Spread>,
+    pub step: Option<Spread>,
     pub publish: Option<Spread>,
 }
 
@@ -110,6 +111,7 @@ impl StagesUs {
             cell: spread(Stage::Cell),
             truncation: spread(Stage::Truncation),
             centroid: spread(Stage::Centroid),
+            step: spread(Stage::Step),
             publish: spread(Stage::Publish),
         }
     }

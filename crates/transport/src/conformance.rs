@@ -166,7 +166,7 @@ pub fn a_command_of_another_life_or_to_another_tick_is_refused<S: Subject>(
     let received = received(&mut arena);
     let check = |life, tick| received.check(life, tick, &mut Frames::of(1));
     let RobotId { index, incarnation } = life;
-    let (expected, incarnation) = (life.reborn(), incarnation.into());
+    let expected = life.reborn();
     assert_eq!(check(expected, 7), Err(CommandError::Sender { expected, index, incarnation }));
     assert_eq!(check(life, 8), Err(CommandError::Tick { expected: 8, actual: 7 }));
     assert_eq!(check(life, 7), Ok(answer(life, 0, limit)));

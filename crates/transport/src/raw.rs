@@ -199,12 +199,12 @@ pub struct RawTimes {
     pub truncation: u32,
     /// Until it knew its goal.
     pub centroid: u32,
-    /// In the cycle before, from the goal until the command was made and sent; 0 if there was none.
+    /// Until its step was done.
+    pub step: u32,
+    /// In the cycle before, from then until the command was sent; 0 if there was none.
     pub publish_before: u32,
     /// In real time, by how much its timer fired late, nanoseconds.
     pub late_ns: u32,
-    /// In real time, timer periods that went by without a cycle, in its whole life.
-    pub missed: u32,
 }
 const _: () = assert!(size_of::<RawTimes>() == 48);
 
@@ -217,7 +217,11 @@ pub struct RawCommand {
     /// Index of the robot.
     pub robot: u32,
     /// Its incarnation.
-    pub incarnation: u32,
+    pub incarnation: u16,
+    /// 1 if there is an estimated error, 0 if not.
+    pub has_error: u8,
+    /// How many notes go with it.
+    pub notes_len: u8,
     /// Estimated error, body frame; 0 if there is none.
     pub error_x_m: f64,
     /// Estimated error, body frame; 0 if there is none.
@@ -230,10 +234,8 @@ pub struct RawCommand {
     pub frame: RawFrame,
     /// The agent's process, for messages about it; 0 if it has no number where the arena is.
     pub pid: u32,
-    /// 1 if there is an estimated error, 0 if not.
-    pub has_error: u16,
-    /// How many notes go with it.
-    pub notes_len: u16,
+    /// In real time, timer periods that went by without a cycle, in its whole life.
+    pub missed: u32,
     /// How long it took.
     pub times: RawTimes,
 }
@@ -270,17 +272,17 @@ pub enum CommandError {
         /// The index in the message.
         index: u32,
         /// The incarnation in the message.
-        incarnation: u32,
+        incarnation: u16,
     },
     /// NaN, or beyond all reason.
     #[error(transparent)]
     Vector(#[from] Unreasonable),
     /// It neither has an estimated error nor has none.
     #[error("its flag for an estimated error is {0}, only 0 and 1 are known")]
-    Flag(u16),
+    Flag(u8),
     /// More notes than there may be.
     #[error("it has {0} notes, at most {NOTES_MAX} are known")]
-    Notes(u16),
+    Notes(u8),
     /// Its packet says more than the scenario allows.
     #[error(transparent)]
     Payload(#[from] PayloadOverLimit),
@@ -358,9 +360,9 @@ impl RawTimes {
         }
     }
 
-    /// When the goal was known and publishing began.
+    /// When the step was done and publishing began.
     pub fn decided(&self) -> Stamp {
-        let stages = [self.receive, self.neighbors, self.cell, self.truncation, self.centroid];
+        let stages = [self.receive, self.neighbors, self.cell, self.truncation, self.centroid, self.step];
         Stamp(stages.iter().fold(self.woke, |stamp, &stage| stamp.saturating_add(stage.into())))
     }
 }
@@ -373,22 +375,23 @@ impl RawCommand {
         Self {
             tick,
             robot: sender.index,
-            incarnation: sender.incarnation.into(),
+            incarnation: sender.incarnation,
+            has_error: command.estimated_error.is_some().into(),
+            notes_len: 0,
             error_x_m: error.0.x,
             error_y_m: error.0.y,
             velocity_x_m_per_s: command.velocity.0.x,
             velocity_y_m_per_s: command.velocity.0.y,
             frame: RawFrame::of(frame),
             pid,
-            has_error: command.estimated_error.is_some().into(),
-            notes_len: 0,
+            missed: 0,
             times: RawTimes::default(),
         }
     }
 
     /// The same with what the agent has measured.
-    pub fn timed(self, times: RawTimes) -> Self {
-        Self { times, ..self }
+    pub fn timed(self, times: RawTimes, missed: u32) -> Self {
+        Self { times, missed, ..self }
     }
 
     /// Checks everything a command claims: tick, sender, numbers, packet. A long frame is in `long`; payloads have up
@@ -400,7 +403,7 @@ impl RawCommand {
         expected: RobotId,
         tick: Tick,
     ) -> Result<Answer, CommandError> {
-        if self.robot != expected.index || self.incarnation != u32::from(expected.incarnation) {
+        if self.robot != expected.index || self.incarnation != expected.incarnation {
             return Err(CommandError::Sender { expected, index: self.robot, incarnation: self.incarnation });
         }
         if self.tick != tick {
@@ -423,7 +426,7 @@ impl RawCommand {
         let PacketView { sender, sequence, payload } = PacketView::decode(self.frame.whole(long)?)?;
         if sender != expected {
             let RobotId { index, incarnation } = sender;
-            return Err(CommandError::Sender { expected, index, incarnation: incarnation.into() });
+            return Err(CommandError::Sender { expected, index, incarnation });
         }
         let payload = Payload::try_from(payload).expect("a decoded payload is no longer than any packet's");
         Ok(Answer { sender, sequence, command: Command { estimated_error, velocity, payload } })
@@ -882,7 +885,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u32, x: f64, has_error: u16, notes_len: u16, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
+        fn arbitrary_commands_never_panic(tick: u64, robot: u32, incarnation: u16, x: f64, has_error: u8, notes_len: u8, len: u8, bytes: [u8; SHORT_FRAME_BYTES], long: Vec<u8>) {
             let frame = RawFrame { len, bytes };
             let raw = RawCommand { tick, robot, incarnation, error_x_m: x, has_error, notes_len, frame, ..RawCommand::default() };
             let _ = raw.check(&long, 128, ROBOT, 12);

@@ -214,7 +214,7 @@ impl AgentEnd for AgentPorts {
     }
 
     fn send(&mut self, mut command: RawCommand, frame: &[u8], notes: &[f64]) -> Result<(), ServiceError> {
-        command.notes_len = notes.len() as u16;
+        command.notes_len = notes.len() as u8;
         match &mut self.0 {
             AgentEnds::Blackboard(ports) => {
                 ports.send(command, frame, notes);

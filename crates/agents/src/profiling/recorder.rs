@@ -156,7 +156,15 @@ impl Recorder {
         cycles.append(&mut self.cycles);
     }
 
-    /// In real time, timer periods that went by without a cycle of robot `index`, up to some cycles ago.
+    /// Takes note of the timer periods that have gone by without a cycle of robot `index` in its life.
+    pub(crate) fn missed(&mut self, index: usize, deadlines: u32) {
+        // In lock-step there are none, and nothing of the robot need be fetched.
+        if deadlines > 0 {
+            self.robots[index].missed = self.robots[index].missed.max(deadlines);
+        }
+    }
+
+    /// In real time, timer periods that went by without a cycle of robot `index`.
     pub(crate) fn missed_deadlines(&self, index: usize) -> u64 {
         let robot = &self.robots[index];
         robot.missed_before + u64::from(robot.missed)
@@ -222,10 +230,11 @@ impl Recorder {
         let second_ns = narrow(rate.ns(second));
         self.watched.with(|recent| {
             let ns = |counts: u32| narrow(rate.ns(counts.into()));
-            let RawTimes { receive, neighbors, cell, truncation, centroid, publish_before, .. } = *times;
-            let [receive, neighbors, cell, truncation, centroid, publish] =
-                [receive, neighbors, cell, truncation, centroid, publish_before].map(ns);
-            recent.note(index, [wake_ns, receive, neighbors, cell, truncation, centroid, publish]);
+            let RawTimes { receive, neighbors, cell, truncation, centroid, step, publish_before, .. } =
+                *times;
+            let [receive, neighbors, cell, truncation, centroid, step, publish] =
+                [receive, neighbors, cell, truncation, centroid, step, publish_before].map(ns);
+            recent.note(index, [wake_ns, receive, neighbors, cell, truncation, centroid, step, publish]);
         });
         self.journal.note(index, round, Answer { tick, wake_ns, second_ns, times: *times });
     }
@@ -357,15 +366,15 @@ impl Robot {
             self.open = None;
             return Ok(None);
         }
-        self.missed = self.missed.max(times.missed);
         let ns = |counts: u32| narrow(rate.ns(counts.into()));
-        let [receive, neighbors, cell, truncation, centroid] =
-            [times.receive, times.neighbors, times.cell, times.truncation, times.centroid].map(ns);
+        let [receive, neighbors, cell, truncation, centroid, step] =
+            [times.receive, times.neighbors, times.cell, times.truncation, times.centroid, times.step]
+                .map(ns);
         let row = CycleTimes {
             robot: index as u32,
             tick,
             woke_ns: rate.ns(Stamp(times.woke).since(at).unwrap_or(0)),
-            stages_ns: [wake_ns, receive, neighbors, cell, truncation, centroid, 0],
+            stages_ns: [wake_ns, receive, neighbors, cell, truncation, centroid, step, 0],
             packet: None,
         };
         let open = Open { row, woke: Stamp(times.woke), decided: times.decided() };

@@ -88,7 +88,7 @@ fn order(snapshot: &Snapshot, screen: &Screen) -> Vec<u32> {
 #[test]
 fn a_screen_shows_who_the_tick_waits_for() {
     let (snapshot, screen, shares) = (snapshot(), Screen::default(), HashMap::from([(4227, 0.125)]));
-    let terminal = drawn(view(&snapshot, &screen, &shares), 24);
+    let terminal = drawn(view(&snapshot, &screen, &shares), 25);
     expect![[r#"
         run lab: swarmbots (processes, lockstep)
         tick 811 of 2400, 40.5 s of virtual time in 12.0 s; 4 of 5 robots take part
@@ -104,6 +104,7 @@ fn a_screen_shows_who_the_tick_waits_for() {
           cell           1.5 us     3.0 us    15.0 us    1.50 ms
           truncation     1.5 us     3.0 us    15.0 us    1.50 ms
           centroid       1.5 us     3.0 us    15.0 us    1.50 ms
+          step           1.5 us     3.0 us    15.0 us    1.50 ms
           publish        1.5 us     3.0 us    15.0 us    1.50 ms
         cycle           12.0 us    24.0 us   120.0 us   12.00 ms
         packet                -          -          -          -
@@ -117,14 +118,14 @@ fn a_screen_shows_who_the_tick_waits_for() {
     "#]]
     .assert_eq(&text(&terminal));
     let red: Vec<u16> =
-        (0..24).filter(|&row| terminal.backend().buffer()[(0, row)].bg == Color::Red).collect();
+        (0..25).filter(|&row| terminal.backend().buffer()[(0, row)].bg == Color::Red).collect();
     assert_eq!(red, [4], "the line about who is waited for, and no other");
 }
 
 #[test]
 fn who_does_not_fit_is_scrolled_to() {
     let (snapshot, mut screen, shares) = (snapshot(), Screen::default(), HashMap::new());
-    let rows = |screen: &Screen| text(&drawn(view(&snapshot, screen, &shares), 22));
+    let rows = |screen: &Screen| text(&drawn(view(&snapshot, screen, &shares), 23));
     let shows = |text: &str| [4242, 4227, 4229, 4226].map(|pid| text.contains(&format!("  {pid}  ")));
     let top = rows(&screen);
     assert_eq!(shows(&top), [true, true, false, false], "{top}");

@@ -166,16 +166,18 @@ fn a_new_life_ends_no_cycle_of_the_old_one() {
 fn in_real_time_lateness_is_the_timers_own_and_answers_may_come_late() {
     let mut recorder = recorder(Mode::Realtime);
     hand_out_and_ring(&mut recorder, 0);
-    let read_first = RawTimes { late_ns: 1000, missed: 0, ..times(&recorder) };
+    let read_first = RawTimes { late_ns: 1000, ..times(&recorder) };
     recorder.note(1, 0, &packet(1, 1), &times(&recorder));
     hand_out_and_ring(&mut recorder, 1);
     // Robot 0 answers tick 0 only now, and tick 1 right after.
     recorder.note(0, 0, &packet(0, 1), &read_first);
-    let read_second = RawTimes { late_ns: 1300, missed: 2, publish_before: 1, ..times(&recorder) };
+    let read_second = RawTimes { late_ns: 1300, publish_before: 1, ..times(&recorder) };
     recorder.note(0, 1, &packet(0, 2), &read_second);
+    recorder.missed(0, 2);
     recorder.reborn(0);
     hand_out_and_ring(&mut recorder, 2);
-    recorder.note(0, 2, &packet(0, 3), &RawTimes { missed: 1, ..times(&recorder) });
+    recorder.note(0, 2, &packet(0, 3), &times(&recorder));
+    recorder.missed(0, 1);
     let profile = finish(recorder);
     let robot = &profile.robots[0];
     assert_eq!(robot.cycles, 1);

@@ -99,7 +99,7 @@ fn stamps(tick: Tick) -> TickStamps {
 fn cycle(robot: u32, tick: Tick) -> CycleTimes {
     let woke_ns = (tick + 1) * TICK_NS + u64::from(robot) * 100;
     let packet = Some(PacketNumber { incarnation: 0, sequence: tick as u32 });
-    CycleTimes { robot, tick, woke_ns, stages_ns: [5_000, 1_001, 2, 30_000, 400, 50, 6_000], packet }
+    CycleTimes { robot, tick, woke_ns, stages_ns: [5_000, 1_001, 2, 30_000, 400, 50, 0, 6_000], packet }
 }
 
 impl Trace {
