@@ -182,12 +182,13 @@ fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
+    // First, because it knows versions: nothing else of another one need make sense.
+    let bell = Doorbell::open(&run.doorbell_path()).context("cannot join the run")?;
     if !cli.quiet {
         check_place(&run, id)?;
     }
     let setup = agent::setup_of(&run, id)?;
     let params = setup.params.clone();
-    let bell = Doorbell::open(&run.doorbell_path()).context("cannot open the run's doorbell")?;
     let ports = Session::enter(&run)?
         .join(id, setup.plane, setup.payload_bytes_max.into())
         .map_err(|error| explained(error, &run))?;

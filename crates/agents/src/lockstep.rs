@@ -68,11 +68,7 @@ impl Lockstep {
         answers: &mut Answers,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        let reborn = self.members.expected().len();
-        if reborn == 0 {
-            return Ok(());
-        }
-        self.members.doorbell.expect(reborn as u32);
+        self.members.doorbell.expect(self.members.expected().len() as u32);
         self.members.await_joining(tick, &self.stop, answers, waiting)
     }
 
@@ -200,8 +196,10 @@ impl Squad for Lockstep {
         let mut awaited = mem::take(&mut self.awaited);
         self.await_answers(&mut awaited, self.tick, answers, waiting)?;
         self.awaited = awaited;
-        self.members.welcome(self.tick, answers)?;
-        self.await_reborn(self.tick, answers, waiting)
+        match self.members.welcome(self.tick, answers)? {
+            true => self.await_reborn(self.tick, answers, waiting),
+            false => Ok(()),
+        }
     }
 
     fn now_ns(&self) -> Option<u64> {

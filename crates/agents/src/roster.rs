@@ -211,12 +211,11 @@ impl Roster {
         let (began, all) = (Moment::now(), self.expected().len());
         let mut noted = began;
         loop {
-            self.welcome(tick, answers)?;
-            let missing = self.expected();
-            if missing.is_empty() || stop.is_raised() {
+            if !self.welcome(tick, answers)? || stop.is_raised() {
                 self.nobody_is_waited_for(waiting);
                 return Ok(());
             }
+            let missing = self.expected();
             self.wait_for(Awaited::Join, &missing, tick, began, waiting);
             if noted.elapsed() >= NOTE_EVERY {
                 noted = Moment::now();
@@ -266,12 +265,17 @@ impl Roster {
     }
 
     /// Takes in agents that have joined since the last call; their first commands become answers.
-    /// Does away with those who will not come.
-    pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<(), SquadError> {
+    /// Does away with those who will not come. Returns whether somebody may still come.
+    pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<bool, SquadError> {
         self.note_exits();
         self.on_death_by_hand(tick)?;
+        // One look at each: at the end of a tick no cache has them.
+        let (mut is_anybody_left, mut is_somebody_expected) = (false, false);
         for (index, answer) in answers.iter_mut().enumerate() {
-            let AgentState::Expected { since } = self.members[index].state else { continue };
+            let AgentState::Expected { since } = self.members[index].state else {
+                is_anybody_left |= self.members[index].state != AgentState::Out;
+                continue;
+            };
             match self.hear(index, BOOT_TICK..=BOOT_TICK)? {
                 Heard::Command(_, command) => {
                     self.joined(index);
@@ -283,10 +287,12 @@ impl Roster {
                 Heard::Nothing if self.exit(index).is_some() => self.end_dead(index, tick)?,
                 Heard::Nothing => self.await_longer(index, since, tick)?,
             }
+            is_anybody_left |= self.members[index].state != AgentState::Out;
+            is_somebody_expected |= self.members[index].is_expected();
         }
         self.call_by_hand();
-        if self.members.iter().any(|member| member.state != AgentState::Out) {
-            return Ok(());
+        if is_anybody_left {
+            return Ok(is_somebody_expected);
         }
         self.require_every_controller()?;
         Err(SquadError("no robot is left".into()))

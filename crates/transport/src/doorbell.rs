@@ -21,10 +21,13 @@ use rustix::{
     thread::futex::{self, Flags, Timespec},
 };
 
-use crate::mapping::{Mapping, Shareable};
+use crate::{
+    mapping::{Mapping, Shareable},
+    version::VERSION,
+};
 
-/// The last character is the version of this layout.
-const MAGIC: u32 = u32::from_le_bytes(*b"LMB3");
+/// What a page of ours begins with, and of which version it is.
+const MAGIC: u32 = u32::from_le_bytes([b'L', b'M', b'B', VERSION]);
 
 /// Words of 64 bits, one bit per robot that can sign its answers; those with a higher index answer without a name.
 const SIGNATURE_WORDS: usize = 128;
@@ -88,14 +91,24 @@ impl Doorbell {
     }
 
     /// An agent's: the page of a running arena.
+    ///
+    /// # Errors
+    /// If it cannot be opened, or is of another version of ours.
     pub fn open(path: &Path) -> io::Result<Self> {
         let page = Mapping::<Page>::open(path)?;
         match page.magic.load(Ordering::Acquire) {
             MAGIC => Ok(Self { page }),
-            other => Err(io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!("doorbell has magic {other:#010x}, this build knows {MAGIC:#010x}"),
-            )),
+            other => {
+                let [theirs, ours] =
+                    [other, MAGIC].map(|magic| magic.to_le_bytes().escape_ascii().to_string());
+                Err(io::Error::new(
+                    io::ErrorKind::InvalidData,
+                    format!(
+                        "the run speaks version {theirs} and this program {ours}: they were built of two versions of \
+                         Lamplight; build both of one"
+                    ),
+                ))
+            }
         }
     }
 
@@ -282,6 +295,18 @@ mod tests {
         let (_folder, _arena, path) = page();
         let agent = Doorbell::open(&path).unwrap();
         assert_eq!(agent.wait_for_ring(0, Duration::from_millis(5)), Ring::Silence);
+    }
+
+    #[test]
+    fn a_page_of_another_version_is_refused_in_plain_words() {
+        let (_folder, arena, path) = page();
+        arena.page.magic.store(u32::from_le_bytes(*b"LMB1"), Ordering::Release);
+        let refusal = Doorbell::open(&path).unwrap_err().to_string();
+        let ours = char::from(VERSION);
+        assert!(
+            refusal.starts_with(&format!("the run speaks version LMB1 and this program LMB{ours}: ")),
+            "{refusal}"
+        );
     }
 
     #[test]

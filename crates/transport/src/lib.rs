@@ -19,3 +19,4 @@ pub mod raw;
 pub mod run_dir;
 pub mod services;
 pub mod shared_memory;
+mod version;
