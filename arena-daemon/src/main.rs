@@ -216,14 +216,15 @@ fn tell_progress(Report { position, total, text }: Report) {
 /// Plays trial after trial by the same agents, the first of `scenario`, and tells each one's record; until
 /// there are no more, or the squad can no longer be used.
 fn all_trials(scenario: Scenario, trials: &Trials, host: HostConfig, stop: &StopFlag) -> anyhow::Result<()> {
-    let mut squad = Lockstep::open(&scenario, host, stop.clone())?;
-    let mut next = Some(scenario);
-    while let Some(scenario) = next {
-        let record = trial::play(&scenario, &mut squad.trial(&scenario), "processes", stop)?;
+    let mut squad = Lockstep::open_for_trials(&scenario, host, stop.clone())?;
+    let mut scenario = scenario;
+    loop {
+        let record = trial::play(&scenario, &mut squad, "processes", stop)?;
         agents::tell(&Event::Record(serde_json::to_string(&record).context("a record is plain data")?));
-        let text = if record.squad_is_whole { trials.next() } else { None };
-        next = text.map(|text| Scenario::parse("trial", &text, &[])).transpose()?;
+        let Some(text) = record.squad_is_whole.then(|| trials.next()).flatten() else { break };
+        scenario = Scenario::parse("trial", &text, &[])?;
+        squad.begin_anew(&scenario)?;
     }
-    squad.dismiss();
+    squad.end();
     Ok(())
 }

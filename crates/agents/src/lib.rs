@@ -16,7 +16,7 @@ mod second_core;
 mod supervisor_link;
 mod waiting;
 
-pub use lockstep::{Lockstep, Trial};
+pub use lockstep::Lockstep;
 pub use profiling::Measure;
 pub use realtime::Realtime;
 pub use roster::HostConfig;

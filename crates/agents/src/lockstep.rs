@@ -12,6 +12,7 @@ use scenario::{ProcessAction, ProcessFault, Scenario};
 use squad::{
     Answers, Awaited, Incident, RobotStatus, Squad, SquadError, WaitingSink, moment::Moment, stop::StopFlag,
 };
+use transport::raw::BOOT_TICK;
 
 use crate::{
     member::Heard,
@@ -30,17 +31,12 @@ pub struct Lockstep {
     stop: StopFlag,
     /// Whether everybody has been there once.
     joined: bool,
+    /// Whether agents stay when a run has ended: another trial begins.
+    stays: bool,
     /// The tick that percepts were sent for last.
     tick: Tick,
     /// Robots that it waits for.
     awaited: Vec<usize>,
-}
-
-/// A squad on loan for one trial: see [`Lockstep::trial`].
-#[derive(Debug)]
-pub struct Trial<'a> {
-    squad: &'a mut Lockstep,
-    scenario: &'a Scenario,
 }
 
 impl Lockstep {
@@ -50,15 +46,31 @@ impl Lockstep {
             members: Roster::open(scenario, Mode::Lockstep, host)?,
             stop,
             joined: false,
+            stays: false,
             tick: 0,
             awaited: Vec::new(),
         })
     }
 
-    /// Plays one trial of `scenario` after another by the same agents: once it has been joined, the squad
-    /// is not dismissed but begins anew. Between two trials it must be whole, and have as many robots.
-    pub fn trial<'a>(&'a mut self, scenario: &'a Scenario) -> Trial<'a> {
-        Trial { squad: self, scenario }
+    /// Opens a run of trials, the first of `scenario`: when one has ended, the agents stay for the next, until they are
+    /// [told to leave](Self::end).
+    pub fn open_for_trials(
+        scenario: &Scenario,
+        host: HostConfig,
+        stop: StopFlag,
+    ) -> Result<Self, SquadError> {
+        Ok(Self { stays: true, ..Self::open(scenario, host, stop)? })
+    }
+
+    /// Has the agents begin anew for a trial of `scenario`, which has as many robots as the last. They must all be there, in
+    /// their first life.
+    pub fn begin_anew(&mut self, scenario: &Scenario) -> Result<(), SquadError> {
+        self.members.begin_anew(scenario, Mode::Lockstep)
+    }
+
+    /// Ends the run of trials.
+    pub fn end(&mut self) {
+        self.members.dismiss();
     }
 
     /// Waits for every new life, planned or not: it takes part from the next tick on, however long it takes to start.
@@ -151,8 +163,10 @@ impl Squad for Lockstep {
         stop: &StopFlag,
         waiting: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        self.joined = true;
-        self.members.join_all(answers, stop, waiting)
+        match mem::replace(&mut self.joined, true) {
+            false => self.members.join_all(answers, stop, waiting),
+            true => self.members.await_joining(BOOT_TICK, stop, answers, waiting),
+        }
     }
 
     /// Waits for every new life.
@@ -223,57 +237,8 @@ impl Squad for Lockstep {
     }
 
     fn dismiss(&mut self) {
-        self.members.dismiss();
-    }
-}
-
-impl Squad for Trial<'_> {
-    fn join_all(
-        &mut self,
-        answers: &mut Answers,
-        stop: &StopFlag,
-        waiting: &mut WaitingSink<'_>,
-    ) -> Result<(), SquadError> {
-        match self.squad.joined {
-            true => self.squad.members.rejoin_all(self.scenario, Mode::Lockstep, answers, stop, waiting),
-            false => self.squad.join_all(answers, stop, waiting),
+        if !self.stays {
+            self.members.dismiss();
         }
     }
-
-    fn apply_process_faults(
-        &mut self,
-        tick: Tick,
-        process_faults: &[ProcessFault],
-        answers: &mut Answers,
-        waiting: &mut WaitingSink<'_>,
-    ) -> Result<(), SquadError> {
-        self.squad.apply_process_faults(tick, process_faults, answers, waiting)
-    }
-
-    fn left_out(&self) -> Vec<u32> {
-        self.squad.left_out()
-    }
-
-    fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
-        self.squad.send(percepts)
-    }
-
-    fn collect(&mut self, answers: &mut Answers, waiting: &mut WaitingSink<'_>) -> Result<(), SquadError> {
-        self.squad.collect(answers, waiting)
-    }
-
-    fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
-        self.squad.take_incidents(incidents);
-    }
-
-    fn notes(&self, robot: u32) -> Option<&Notes> {
-        self.squad.notes(robot)
-    }
-
-    fn robot_statuses(&self) -> Vec<RobotStatus> {
-        self.squad.robot_statuses()
-    }
-
-    /// The next trial needs them.
-    fn dismiss(&mut self) {}
 }

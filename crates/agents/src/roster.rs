@@ -178,21 +178,14 @@ impl Roster {
 
     /// Has everybody begin anew with `scenario`, for as many robots as before: agents forget all they know, and
     /// give their first command again. Everybody must be there in their first life.
-    pub(crate) fn rejoin_all(
-        &mut self,
-        scenario: &Scenario,
-        mode: Mode,
-        answers: &mut Answers,
-        stop: &StopFlag,
-        waiting: &mut WaitingSink<'_>,
-    ) -> Result<(), SquadError> {
+    pub(crate) fn begin_anew(&mut self, scenario: &Scenario, mode: Mode) -> Result<(), SquadError> {
         tell_setup(&self.host.run, scenario, mode)?;
         let percepts = vec![Percept::empty(BOOT_TICK); self.members.len()];
         self.send(&percepts, &mut Vec::new())?;
         self.members.iter_mut().for_each(|member| member.state = AgentState::expected());
         self.doorbell.expect(self.members.len() as u32);
         self.doorbell.ring();
-        self.await_joining(BOOT_TICK, stop, answers, waiting)
+        Ok(())
     }
 
     /// Robots that are expected to join.
