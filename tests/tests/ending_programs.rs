@@ -41,7 +41,7 @@ fn run(on_hang: &str, entries: &Entries, options: &[&str]) -> Run {
     Run::in_folder(folder)
 }
 
-/// What is the same in equal runs: the digest, and who has lost what when, without the numbers of processes.
+/// The parts that are the same in equal runs: the digest, and who has lost what when, without the numbers of processes.
 fn course(run: &Run) -> (String, Vec<String>) {
     let out = run.file("");
     let folder = out.ancestors().nth(1).unwrap().display().to_string();

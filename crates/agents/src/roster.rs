@@ -526,7 +526,7 @@ impl Roster {
         self.members.get(robot as usize).map(|member| &member.notes)
     }
 
-    /// Those of one tick in the order of robots: which is seen first is chance.
+    /// Sorted by tick and robot: which is seen first is chance.
     pub(crate) fn take_incidents(&mut self, incidents: &mut Vec<Incident>) {
         self.incidents.sort_by_key(|incident| (incident.tick, incident.robot));
         incidents.append(&mut self.incidents);

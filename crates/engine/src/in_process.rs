@@ -21,7 +21,7 @@ pub struct InProcess<C, N> {
     new: N,
     /// Longest payload that is accepted, bytes.
     payload_bytes_max: usize,
-    /// What is done about a robot whose next life cannot begin.
+    /// The policy for a robot whose next life cannot begin.
     on_hang: OnHang,
     incidents: Vec<Incident>,
 }

@@ -26,7 +26,7 @@ use crate::{
     version::VERSION,
 };
 
-/// What a page of ours begins with, and of which version it is.
+/// Begins each page of ours, and says of which version it is.
 const MAGIC: u32 = u32::from_le_bytes([b'L', b'M', b'B', VERSION]);
 
 /// Words of 64 bits, one bit per robot that can sign its answers; those with a higher index answer without a name.
