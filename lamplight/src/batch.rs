@@ -77,7 +77,7 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
                 0 => Ok(ExitCode::SUCCESS),
                 count => Err(Failure::Run(anyhow!(
                     "{count} of {total} trials lost agents each time they were played, and are left out of the \
-                     statistics: {}; the same command plays them again",
+                     statistics: {}; what did it is told above; if it was an accident, the same command plays them again",
                     lost.join(", ")
                 ))),
             }

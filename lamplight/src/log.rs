@@ -1,12 +1,14 @@
 //! The log of a run: what its processes write and what this one does, gathered in one place.
 //!
-//! Agents and arena have one pipe for their standard error, all the same one. [`Gatherer`] reads it, and each line
+//! Our agents and the arena have one pipe for their standard error, all the same one. [`Gatherer`] reads it, and each line
 //! goes on to our own standard error, around the live line, and to `log.txt` or `log.jsonl` in the folder of the
 //! run. The pipe takes a line whole or not at all, and nobody waits for it: while we do not read (stopped, or our
 //! own standard error is stuck), lines are lost and counted, and robots go on.
 //!
-//! Programs of the user's have another pipe, which they wait for: what they print is theirs, and `eprintln!` panics where
-//! a pipe takes nothing.
+//! Programs of the user's have a pipe each, which they wait for ([`programs`]): what they print is theirs, in pieces as
+//! small as they like, and `eprintln!` panics where a pipe takes nothing.
+
+mod programs;
 
 use std::{
     convert::Infallible,
@@ -15,7 +17,7 @@ use std::{
     process::Stdio,
     sync::{
         Mutex, MutexGuard, PoisonError,
-        mpsc::{self, Receiver, Sender},
+        mpsc::{self, Receiver},
     },
     thread,
     time::Duration,
@@ -29,11 +31,14 @@ use logging::{
     line::{JSON_BEGINS, MOST_BYTES},
 };
 use observe::progress::{beside_live_line, init_log};
+use protocol::robot_id::RobotId;
 use rustix::{
     fs::{OFlags, fcntl_setfl},
     pipe::fcntl_setpipe_size,
 };
 use tracing::Level;
+
+use self::programs::Programs;
 
 /// Most bytes of a log that are kept in a run's folder: 64 MiB, some 300,000 lines.
 const KEPT_BYTES_MAX: u64 = 64 << 20;
@@ -152,7 +157,8 @@ impl Kept {
 /// Reads what children write to their standard error.
 #[derive(Debug)]
 pub(crate) struct Gatherer {
-    /// For programs of ours, and of the user's; `None` once no child is to come.
+    programs: Programs,
+    /// Of our own programs, and one whose end says that no program of the user's is to come; `None` once no child is.
     writers: Option<[PipeWriter; 2]>,
     /// Ends with the last reader.
     readers: Receiver<Infallible>,
@@ -161,37 +167,35 @@ pub(crate) struct Gatherer {
 impl Gatherer {
     /// Opens the pipes and reads each in a thread.
     pub(crate) fn begin() -> anyhow::Result<Self> {
-        let (at_work, is_at_work) = mpsc::channel::<Infallible>();
-        let gathered = || {
-            let (reader, writer) = io::pipe().context("cannot open a pipe for the log")?;
-            // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
-            let _ = fcntl_setpipe_size(&writer, PIPE_BYTES);
-            let at_work: Sender<Infallible> = at_work.clone();
-            thread::spawn(move || {
-                let _at_work = at_work;
-                gather(reader);
-            });
-            anyhow::Ok(writer)
-        };
-        let (ours, theirs) = (gathered()?, gathered()?);
+        let (at_work, readers) = mpsc::channel::<Infallible>();
+        let (reader, ours) = io::pipe().context("cannot open a pipe for the log")?;
+        // Where the user's pipes take too much already, this one stays smaller, and fills earlier.
+        let _ = fcntl_setpipe_size(&ours, PIPE_BYTES);
         // All duplicates of a descriptor share this: no child waits for a full pipe.
         fcntl_setfl(&ours, OFlags::NONBLOCK).context("cannot set up the pipe for the log")?;
-        Ok(Self { writers: Some([ours, theirs]), readers: is_at_work })
+        let (programs, last, theirs) = Programs::begin().context("cannot set up the programs' log")?;
+        let (also_at_work, pipes) = (at_work.clone(), programs.clone());
+        thread::spawn(move || {
+            gather(reader);
+            drop(at_work);
+        });
+        thread::spawn(move || {
+            // If standard error is gone, the file may still be there.
+            pipes.gather(last, |line| drop(write(line)));
+            drop(also_at_work);
+        });
+        Ok(Self { programs, writers: Some([ours, theirs]), readers })
     }
 
     /// The standard error of one more child, which is a program of ours.
     pub(crate) fn standard_error(&self) -> io::Result<Stdio> {
-        self.duplicate(0)
+        let [ours, _] = self.writers.as_ref().expect("they are there until this is dropped");
+        ours.try_clone().map(Stdio::from)
     }
 
-    /// The same for a program of the user's.
-    pub(crate) fn standard_error_of_program(&self) -> io::Result<Stdio> {
-        self.duplicate(1)
-    }
-
-    fn duplicate(&self, writer: usize) -> io::Result<Stdio> {
-        let writers = self.writers.as_ref().expect("they are there until this is dropped");
-        writers[writer].try_clone().map(Stdio::from)
+    /// The same for a program of the user's, which plays a life of a robot.
+    pub(crate) fn standard_error_of_program(&self, id: RobotId) -> io::Result<Stdio> {
+        self.programs.add(id)
     }
 }
 
@@ -220,15 +224,15 @@ fn gather(pipe: PipeReader) {
         }
         // If standard error is gone, the file may still be there.
         let _ = match logging::format() {
-            Format::Json if !line.starts_with(JSON_BEGINS.as_bytes()) => write(foreign(&line).bytes()),
+            Format::Json if !line.starts_with(JSON_BEGINS.as_bytes()) => write(foreign(None, &line).bytes()),
             _ => write(&line),
         };
     }
 }
 
-/// Makes a line of JSON of what no log has written, such as the message of a panic.
-fn foreign(line: &[u8]) -> logging::line::Line {
-    logging::line(Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
+/// Makes a line of JSON of what no log has written, such as the message of a panic; of the robot's, if it is known whose.
+fn foreign(robot: Option<RobotId>, line: &[u8]) -> logging::line::Line {
+    logging::line_of(robot, Level::WARN, "stderr", &String::from_utf8_lossy(line).trim_end())
 }
 
 #[cfg(test)]
@@ -276,7 +280,7 @@ mod tests {
     fn what_is_no_json_becomes_the_message_of_some() {
         let words = "thread 'main' panicked at \"here\"";
         // Text is the format of a process that has not begun to log.
-        let line = foreign(format!("{words}\n").as_bytes());
+        let line = foreign(None, format!("{words}\n").as_bytes());
         assert_eq!(std::str::from_utf8(line.bytes()).unwrap(), format!(" WARN {words}\n"));
     }
 

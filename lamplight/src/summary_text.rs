@@ -48,6 +48,10 @@ fn write_lines(text: &mut String, summary: &Summary) -> fmt::Result {
     }
     write_open_cells(text, end.robots_with_open_cell)?;
     write_packets(text, &end.packets)?;
+    if summary.commands_refused > 0 {
+        let refused = summary.commands_refused;
+        writeln!(text, "commands refused: {refused}; `commands_refused` in robots.csv says whose")?;
+    }
     write_contacts(text, summary.contacts_unsolved, summary.contacts_coarse)?;
     if let Some(delivered) = &summary.delivered {
         write_delivered(text, delivered)?;

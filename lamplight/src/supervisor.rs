@@ -285,7 +285,7 @@ impl<'a> Supervisor<'a> {
     fn spawn_next(&mut self) -> anyhow::Result<()> {
         let Some(id) = self.to_start.pop_front() else { return Ok(()) };
         let log = match self.scenario.controller_of(id.index).program() {
-            Some(_) => self.log.standard_error_of_program(),
+            Some(_) => self.log.standard_error_of_program(id),
             None => self.log.standard_error(),
         };
         let log = log.context("cannot hand the log's pipe to an agent")?;

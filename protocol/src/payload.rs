@@ -40,7 +40,9 @@ pub struct PayloadTooLong(pub usize);
 
 /// More bytes than a robot of this run may say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("its payload of {length} bytes is longer than the {limit} that `channel.payload_bytes_max` allows")]
+#[error(
+    "its payload of {length} bytes is longer than the {limit} that `channel.payload_bytes_max` allows (up to {PAYLOAD_BYTES_MAX})"
+)]
 pub struct PayloadOverLimit {
     /// Length of the payload, bytes.
     pub length: usize,

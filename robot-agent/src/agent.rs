@@ -22,7 +22,7 @@ use transport::{
     services::AgentPorts,
 };
 
-use crate::stopwatch::Stopwatch;
+use crate::{refusal::Refusal, stopwatch::Stopwatch};
 
 /// Reads the setup of a robot's agent.
 pub(crate) fn setup_of(run: &RunDir, id: RobotId) -> anyhow::Result<AgentSetup> {
@@ -76,10 +76,8 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let answer = self.transmitter.answer(self.controller.boot());
-        self.notes = Notes::of(&self.controller).with_context(|| {
-            let program = std::env::current_exe().unwrap_or_default();
-            format!("{}: {}", self.id, program.display())
-        })?;
+        self.notes =
+            Notes::of(&self.controller).map_err(|reason| Refusal::new(self.id, "cannot begin", reason))?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }

@@ -157,10 +157,7 @@ fn drive<C: Controller, E: fmt::Display>(
     new: impl Fn(RobotId, &Params) -> Result<C, E>,
 ) -> anyhow::Result<()> {
     let mut joined = join(cli, |id, params: &Params| {
-        new(id, params).map_err(|reason| {
-            let program = env::current_exe().unwrap_or_default().display().to_string();
-            Refusal { id, program, reason: reason.to_string() }.into()
-        })
+        new(id, params).map_err(|reason| Refusal::new(id, "refuses its params", reason).into())
     })?;
     footprint::trim();
     let Joined { setup, run, arena, bell, agent } = &mut *joined;
@@ -183,7 +180,8 @@ fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     let (run, arena) = RunDir::open(cli.run.clone())?;
     wait_until_ready(&run, &arena)?;
     // First, because it knows versions: nothing else of another one need make sense.
-    let bell = Doorbell::open(&run.doorbell_path()).context("cannot join the run")?;
+    let bell = Doorbell::open(&run.doorbell_path())
+        .map_err(|reason| Refusal::new(id, "cannot join the run", reason))?;
     if !cli.quiet {
         check_place(&run, id)?;
     }

@@ -1,14 +1,24 @@
-//! Parameters that a controller refuses.
+//! Reasons for which a program does not join that are mostly the same for all its robots.
 
 use protocol::robot_id::RobotId;
 
-/// A controller does not take its parameters.
+/// A program does not join.
 #[derive(Debug, thiserror::Error)]
-#[error("{id}: {program} refuses its params: {reason}")]
+#[error("{id}: {program} {what}: {reason}")]
 pub(crate) struct Refusal {
     pub(crate) id: RobotId,
     /// Path of the program.
     pub(crate) program: String,
-    /// In the controller's own words.
+    /// The verb of the sentence, such as `refuses its params`.
+    pub(crate) what: &'static str,
+    /// In the words of whoever found it.
     pub(crate) reason: String,
+}
+
+impl Refusal {
+    /// Of this program for robot `id`.
+    pub(crate) fn new(id: RobotId, what: &'static str, reason: impl ToString) -> Self {
+        let program = std::env::current_exe().unwrap_or_default().display().to_string();
+        Self { id, program, what, reason: reason.to_string() }
+    }
 }

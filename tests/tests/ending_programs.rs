@@ -4,9 +4,11 @@
 
 use std::{
     fs,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
+use tempfile::TempDir;
 use tests::programs::{Run, lamplight, program, said};
 
 /// Robots and params of each program's entry.
@@ -31,12 +33,13 @@ fn scenario(folder: &Path, on_hang: &str, entries: &Entries) -> PathBuf {
 
 fn run(on_hang: &str, entries: &Entries, options: &[&str]) -> Run {
     let folder = tempfile::tempdir().unwrap();
-    let output = lamplight(["run", "--quiet", "--out"])
-        .arg(folder.path().join("out"))
-        .arg(scenario(folder.path(), on_hang, entries))
-        .args(options)
-        .output()
-        .unwrap();
+    let file = scenario(folder.path(), on_hang, entries);
+    run_of(&file, folder, options)
+}
+
+fn run_of(file: &Path, folder: TempDir, options: &[&str]) -> Run {
+    let out = folder.path().join("out");
+    let output = lamplight(["run", "--quiet", "--out"]).arg(out).arg(file).args(options).output().unwrap();
     assert!(output.status.success(), "{}", said(&output));
     Run::in_folder(folder)
 }
@@ -94,6 +97,40 @@ fn lives_that_end_by_themselves_and_are_left_out_give_one_course() {
 }
 
 #[test]
+fn a_script_around_a_program_may_stay_or_become_it() {
+    let expected = course(&run("restart", ENDING, &[]));
+    for (script, status) in [("\"$0.real\" \"$@\"\nexit 4\n", "4"), ("exec \"$0.real\" \"$@\"\n", "3")] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = scenario(folder.path(), "restart", ENDING);
+        let mind = folder.path().join("mind");
+        fs::rename(&mind, folder.path().join("mind.real")).unwrap();
+        fs::write(&mind, format!("#!/bin/sh\n{script}")).unwrap();
+        fs::set_permissions(&mind, fs::Permissions::from_mode(0o755)).unwrap();
+        let run = run_of(&file, folder, &[]);
+        let (digest, incidents) = course(&run);
+        assert_eq!((digest, incidents.len()), (expected.0.clone(), expected.1.len()), "{script}");
+        assert!(incidents[0].contains(&format!("(exit status {status}; ")), "{incidents:#?}");
+    }
+}
+
+#[test]
+fn a_run_that_must_not_lose_anyone_names_the_first_robot_of_the_tick() {
+    for _ in 0..3 {
+        let folder = tempfile::tempdir().unwrap();
+        let file = scenario(folder.path(), "fail", ENDING);
+        let out = folder.path().join("out");
+        let output = lamplight(["run", "--quiet", "--out"]).arg(&out).arg(file).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.starts_with("error: robot 0 (pid ") && error.lines().count() == 1, "{error}");
+        let left = Run::in_folder(folder);
+        let (_, incidents) = course(&left);
+        assert!(incidents.len() == 1 && incidents[0].ends_with("; the run fails"), "{incidents:#?}");
+        assert_eq!(left.number("robots_alive"), 11.0);
+    }
+}
+
+#[test]
 fn a_plan_for_robots_that_also_end_by_themselves_gives_one_course() {
     let fault = "fault=[{ kind = \"kill\", at_s = 0.3, restart_at_s = 0.5, robots = \"0-4\" }, \
                  { kind = \"pause\", from_s = 0.8, until_s = 1.2, robots = \"1-5\" }]";
@@ -121,9 +158,12 @@ fn a_program_that_is_gone_when_a_life_begins_anew_costs_its_robot_and_nothing_el
 #[test]
 fn a_program_that_is_gone_when_the_plan_restarts_its_robot_is_left_out() {
     let gone = &[("3", "ends_in_step = 3, removes_program = true"), ("0-2,4-11", "")];
-    let fault = "fault=[{ kind = \"kill\", at_s = 0.2, restart_at_s = 0.5, robots = \"5\" }]";
-    let run = run("exclude", gone, &["--set", fault]);
+    // Robot 6 ends the run in its pause, robot 5 left out.
+    let fault = "fault=[{ kind = \"kill\", at_s = 0.2, restart_at_s = 0.5, robots = \"5\" }, \
+                 { kind = \"pause\", from_s = 0.5, until_s = 1, robots = \"5-6\" }]";
+    let run = run("exclude", gone, &["--set", fault, "--duration", "0.5"]);
     let left_out: Vec<u32> =
         run.robots().iter().filter(|robot| !robot.alive).map(|robot| robot.robot).collect();
-    assert_eq!((left_out, run.number("robots_alive")), (vec![3, 5], 10.0));
+    let counts = ["robots_alive", "robots_paused", "robots_silent"].map(|count| run.number(count));
+    assert_eq!((left_out, counts), (vec![3, 5], [10.0, 1.0, 0.0]));
 }

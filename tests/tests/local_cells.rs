@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::Arena;
+use arena::{Arena, metrics::Attendance};
 use coverage::CoverageController;
 use protocol::{controller::Hosted, robot_id::RobotId};
 use scenario::{Override, Scenario};
@@ -26,7 +26,7 @@ fn agreement(robots: u32, seed: u64) -> f64 {
     let percepts = arena.tick(&boots).unwrap();
     let answers: Vec<_> =
         minds.iter_mut().zip(percepts).map(|(mind, percept)| Some(mind.step(percept, &mut ()))).collect();
-    arena.metrics(&answers, robots).cell_agreement.unwrap()
+    arena.metrics(&answers, Attendance::default()).cell_agreement.unwrap()
 }
 
 #[test]

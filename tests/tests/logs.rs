@@ -116,6 +116,13 @@ fn a_program_prints_as_much_as_it_likes_and_loses_no_robot() {
         let summary: Value =
             serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
         assert_eq!(summary["robots_alive"], 8);
+        let log = fs::read_to_string(out.join("log.txt")).unwrap_or_default();
+        // Whole and of one robot each, however small the pieces are that it printed them in.
+        let printed = log.lines().filter(|line| {
+            let told = line.strip_prefix("robot ").and_then(|line| line.split_once(": step "));
+            told.is_some_and(|(robot, rest)| robot.parse::<u32>().is_ok() && rest.ends_with(&"-".repeat(80)))
+        });
+        assert_eq!(printed.count(), 8 * 11 * lines as usize);
         summary["digest"].clone()
     };
     // 8 robots, 11 steps, 100 bytes a line: some 9 MB, of which a pipe holds 64 kB.

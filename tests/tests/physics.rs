@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
-use arena::{Arena, metrics::Metrics};
+use arena::{
+    Arena,
+    metrics::{Attendance, Metrics},
+};
 use coverage::CoverageController;
 use protocol::{controller::Hosted, robot_id::RobotId};
 use scenario::{Override, Scenario};
@@ -47,10 +50,10 @@ fn play(scenario: &str, sets: &[&str], seed: u64, mut look: impl FnMut(f64, &Met
                 .collect();
         }
         if tick.is_multiple_of(scenario.sample_every_ticks()) {
-            look(arena.time_s(), &arena.metrics(&commands, scenario.robot_count()));
+            look(arena.time_s(), &arena.metrics(&commands, Attendance::default()));
         }
     }
-    arena.metrics(&commands, scenario.robot_count())
+    arena.metrics(&commands, Attendance::default())
 }
 
 #[test]

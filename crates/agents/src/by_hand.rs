@@ -52,11 +52,12 @@ impl HandCalls {
         self.called = Some(Moment::now());
         let within = patience.map_or(String::new(), |patience| format!(" within {patience:?}"));
         let name = run.name();
-        let mut programs = BTreeMap::<&str, Vec<&ByHand>>::new();
+        // Those whose commands differ by the number of the robot alone.
+        let mut alike = BTreeMap::<(&str, u16), Vec<&ByHand>>::new();
         for robot in self.robots.iter().filter(|robot| robot.is_awaited) {
-            programs.entry(&robot.program).or_default().push(robot);
+            alike.entry((&robot.program, robot.id.incarnation)).or_default().push(robot);
         }
-        for (program, awaited) in programs {
+        for ((program, _), awaited) in alike {
             let set = RobotSet::of(awaited.iter().map(|robot| robot.id.index)).expect("one is awaited");
             let (robots, each) =
                 if awaited.len() == 1 { ("robot", "") } else { ("robots", ", each by its number") };

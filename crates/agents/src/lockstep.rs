@@ -73,7 +73,7 @@ impl Lockstep {
         self.members.dismiss();
     }
 
-    /// Waits for every new life, planned or not: it takes part from the next tick on, however long it takes to start.
+    /// Waits for every new life, planned or not, as long as a first one: it takes part from the next tick on.
     fn await_reborn(
         &mut self,
         tick: Tick,
@@ -84,7 +84,8 @@ impl Lockstep {
         self.members.await_joining(tick, &self.stop, answers, waiting)
     }
 
-    /// Waits for the answers of `missing`, and deals with those that do not come.
+    /// Waits for the answers of `missing`, and deals with those that do not come: in the end and in the order of robots,
+    /// whichever was noticed first.
     fn await_answers(
         &mut self,
         missing: &mut Vec<usize>,
@@ -95,25 +96,26 @@ impl Lockstep {
         let rung = Moment::now();
         // Late twice in a row: after somebody has stopped all processes the first look comes too early.
         let mut was_late = false;
+        let mut lost: Vec<(usize, String)> = Vec::new();
         loop {
             let announced = self.members.doorbell.wait_for_answers(ALIVE_POLL);
             self.read(missing, tick, answers)?;
             if missing.is_empty() || self.stop.is_raised() {
                 self.members.nobody_is_waited_for(waiting);
-                return Ok(());
+                break;
             }
             self.members.wait_for(Awaited::Answer, missing, tick, rung, waiting);
             let late = rung.elapsed() > self.members.hang_timeout;
             self.members.note_exits();
             let mut waited_for = Vec::new();
             for &index in &*missing {
-                if self.members.is_dead(index) {
+                if self.members.is_gone(index) {
                     // It may have answered before it died.
                     if !self.take(index, tick, answers)? {
-                        self.members.end_dead(index, tick)?;
+                        lost.push((index, self.members.death(index, tick)));
                     }
                 } else if was_late && late {
-                    self.members.give_up_on(index, tick)?;
+                    lost.push((index, self.members.hanging(index, tick)));
                 } else {
                     waited_for.push(index);
                 }
@@ -124,6 +126,8 @@ impl Lockstep {
                 thread::sleep(EARLY_RING);
             }
         }
+        lost.sort();
+        lost.into_iter().try_for_each(|(index, what)| self.members.apply_hang_policy(index, tick, what))
     }
 
     /// Reads the uplinks of `missing`, where those stay who have not answered.

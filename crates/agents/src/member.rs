@@ -1,7 +1,5 @@
 //! One robot's agent as the arena knows it: its life, its process, its state.
 
-use std::fmt;
-
 use processes::Process;
 use protocol::{command::Answer, notes::Notes, percept::Tick, robot_id::RobotId, setup::Plane};
 use squad::{Participation, SquadError, moment::Moment};
@@ -30,6 +28,8 @@ pub(crate) struct Member {
     pub(crate) has_joined: bool,
     /// Lives in a row that have ended before they joined, or never did.
     pub(crate) stillborn: u32,
+    /// When its process was first found dead, while nobody has said how it ended.
+    pub(crate) found_dead: Option<Moment>,
     /// Its notes for those who watch, with its last command.
     pub(crate) notes: Notes,
 }
@@ -65,20 +65,13 @@ impl Member {
             refused: 0,
             has_joined: false,
             stillborn: 0,
+            found_dead: None,
             notes: Notes::default(),
         })
     }
 
     pub(crate) fn is_expected(&self) -> bool {
         matches!(self.state, AgentState::Expected { .. })
-    }
-
-    /// Counts a refusal; shows the first.
-    pub(crate) fn refuse(&mut self, why: impl fmt::Display) {
-        self.refused += 1;
-        if self.refused == 1 {
-            tracing::warn!("a command of {} is refused: {why} (more are counted, not shown)", self.named());
-        }
     }
 
     pub(crate) fn named(&self) -> String {
@@ -99,9 +92,9 @@ impl AgentState {
 impl From<AgentState> for Participation {
     fn from(state: AgentState) -> Self {
         match state {
-            AgentState::Expected { .. } => Self::Expected,
+            AgentState::Expected { .. } | AgentState::Paused { joined: false } => Self::Expected,
             AgentState::Present => Self::Present,
-            AgentState::Paused { .. } => Self::Paused,
+            AgentState::Paused { joined: true } => Self::Paused,
             AgentState::Down => Self::Down,
             AgentState::Out => Self::Out,
         }

@@ -177,14 +177,18 @@ impl Squad for Realtime {
         self.members.note_exits();
         for index in mem::take(&mut self.present) {
             self.hear(index, tick)?;
-            if self.members.exit(index).is_some() {
-                self.members.end_dead(index, tick)?;
+            // Asked of those that are silent alone: it costs a look at the process.
+            let is_silent = self.latest[index].as_ref().is_none_or(|it| it.arrived.elapsed() > self.cycle);
+            if is_silent && self.members.is_gone(index) {
+                let what = self.members.death(index, tick);
+                self.members.apply_hang_policy(index, tick, what)?;
                 continue;
             }
             let Some(latest) = &self.latest[index] else { continue };
             if latest.arrived.elapsed() > self.members.hang_timeout {
                 self.latest[index] = None;
-                self.members.give_up_on(index, tick)?;
+                let what = self.members.hanging(index, tick);
+                self.members.apply_hang_policy(index, tick, what)?;
             } else if let Some((answer, since)) = &latest.standing
                 && self.cycles <= since + HOLD_CYCLES
             {

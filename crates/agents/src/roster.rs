@@ -46,11 +46,12 @@ use crate::{
 /// Commands read from one agent per look: what its queue holds, and a few that come meanwhile. A
 /// flood is read no further than this, and every excess command read is counted as refused.
 const READS_MAX: usize = 8;
-/// How long the supervisor gets to say how a process has ended that the operating system calls dead.
-const EXIT_NEWS: Duration = Duration::from_millis(200);
+/// How long the supervisor gets to say how a process has ended that the operating system calls dead: mostly it has said so
+/// before. It may be stopped, or the process of another one that stays.
+const EXIT_NEWS: Duration = Duration::from_secs(1);
 /// How often the arena looks for agents that join.
 const JOIN_POLL: Duration = Duration::from_millis(5);
-/// How often the arena looks whether an agent that was started by hand has died as it joined.
+/// How often the arena looks whether an agent has died as it joined.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Time between notes about who is missing.
 const NOTE_EVERY: Duration = Duration::from_secs(5);
@@ -89,9 +90,9 @@ pub(crate) struct Roster {
     /// Minds of the robots.
     controllers: Vec<Controller>,
     by_hand: HandCalls,
-    /// When it was last looked whether somebody by hand has died as they joined.
+    /// When it was last looked whether somebody has died as they joined.
     looked: Instant,
-    /// Consequences for robots that did not join, by their controllers: each is told once.
+    /// Things that go wrong with many robots alike, by their controllers: each is told once.
     told: BTreeSet<(usize, String)>,
     /// Ends of processes that the supervisor has told of, of lives that are not over yet.
     exits: BTreeMap<RobotId, Lost>,
@@ -261,7 +262,7 @@ impl Roster {
     /// Does away with those who will not come. Returns whether somebody may still come.
     pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<bool, SquadError> {
         self.note_exits();
-        self.on_death_by_hand(tick)?;
+        self.on_death_in_joining(tick)?;
         // One look at each: at the end of a tick no cache has them.
         let (mut is_anybody_left, mut is_somebody_expected) = (false, false);
         for (index, answer) in answers.iter_mut().enumerate() {
@@ -277,7 +278,10 @@ impl Roster {
                 // It is there, and stands still and silent like everybody whose command is refused.
                 Heard::Refused => self.joined(index),
                 // Looked for last: whoever has joined and ended has joined.
-                Heard::Nothing if self.exit(index).is_some() => self.end_dead(index, tick)?,
+                Heard::Nothing if self.exit(index).is_some() => {
+                    let what = self.death(index, tick);
+                    self.apply_hang_policy(index, tick, what)?;
+                }
                 Heard::Nothing => self.await_longer(index, since, tick)?,
             }
             is_anybody_left |= self.members[index].state != AgentState::Out;
@@ -312,38 +316,39 @@ impl Roster {
     pub(crate) fn note_exits(&mut self) {
         let lost: Vec<Lost> = self.host.link.lost().collect();
         self.remains.remove_dead(&self.host.run, &lost);
-        self.note(lost);
-    }
-
-    fn note(&mut self, lost: impl IntoIterator<Item = Lost>) {
-        let is_of_now =
-            |lost: &Lost| self.members.get(lost.id.index as usize).is_some_and(|it| it.id == lost.id);
-        self.exits.extend(lost.into_iter().filter(is_of_now).map(|lost| (lost.id, lost)));
+        let Self { members, exits, .. } = self;
+        let is_of_now = |lost: &Lost| members.get(lost.id.index as usize).is_some_and(|it| it.id == lost.id);
+        exits.extend(lost.into_iter().filter(is_of_now).map(|lost| (lost.id, lost)));
     }
 
     /// The end of agent `index`'s process, as far as the supervisor has told of it.
-    pub(crate) fn exit(&self, index: usize) -> Option<&Lost> {
+    fn exit(&self, index: usize) -> Option<&Lost> {
         let Member { id, process, .. } = &self.members[index];
-        // Another process may have wanted to drive this robot, and been refused.
-        self.exits.get(id).filter(|lost| process.is_none_or(|process| Some(process.pid()) == lost.pid))
+        let is_over = |lost: &Lost| match process {
+            None => true,
+            // Another process may have wanted to drive this robot, and been refused; or one around this one has ended,
+            // and this one with it.
+            Some(process) => Some(process.pid()) == lost.pid || process.state() == State::Dead,
+        };
+        self.exits.get(id).filter(|lost| is_over(lost))
     }
 
-    /// Whether the process of agent `index` has ended, by the supervisor's word or the operating system's.
-    pub(crate) fn is_dead(&self, index: usize) -> bool {
-        let process = self.members[index].process;
-        self.exit(index).is_some() || process.is_some_and(|process| process.state() == State::Dead)
-    }
-
-    /// Deals with agent `index`, whose process has ended without being told to.
-    pub(crate) fn end_dead(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
-        if self.exit(index).is_none() && !self.is_by_hand(index) {
-            // How it ended is known to the supervisor, which may not have seen it yet.
-            let news: Vec<Lost> = self.host.link.await_lost(EXIT_NEWS).collect();
-            self.note(news);
+    /// Whether the process of agent `index` has ended, and how it did is known, or will not be.
+    pub(crate) fn is_gone(&mut self, index: usize) -> bool {
+        if self.exit(index).is_some() {
+            return true;
         }
+        let by_hand = self.is_by_hand(index);
+        let Member { process, found_dead, .. } = &mut self.members[index];
+        let is_dead = process.is_some_and(|process| process.state() == State::Dead);
+        is_dead && (by_hand || found_dead.get_or_insert_with(Moment::now).elapsed() > EXIT_NEWS)
+    }
+
+    /// Says of agent `index`, whose process has ended without being told to, how it did.
+    pub(crate) fn death(&self, index: usize, tick: Tick) -> String {
         let member = &self.members[index];
         let program = program_of(&self.controllers, member.id);
-        let what = match (member.state, self.exit(index)) {
+        match (member.state, self.exit(index)) {
             (AgentState::Expected { .. }, Some(Lost { pid: None, how, .. })) => {
                 format!("the agent of {}, {program}, cannot be started: {how}", member.id)
             }
@@ -358,24 +363,30 @@ impl Roster {
                 let how = if how.is_empty() { String::new() } else { format!(" ({})", how.join("; ")) };
                 format!("{} died before it answered tick {tick}{how}", member.named())
             }
-        };
-        self.apply_hang_policy(index, tick, what)
+        }
     }
 
-    /// Deals with agents that were started by hand and have died between joining and their first command: nobody's
-    /// children, of whose process the arena does not know yet.
-    fn on_death_by_hand(&mut self, tick: Tick) -> Result<(), SquadError> {
+    /// Deals with agents that have died as they joined, and of which the supervisor has not told: those that were started
+    /// by hand, and those behind another process.
+    fn on_death_in_joining(&mut self, tick: Tick) -> Result<(), SquadError> {
         if self.looked.elapsed() < LOOK_EVERY {
             return Ok(());
         }
         self.looked = Instant::now();
         for index in 0..self.members.len() {
-            let Member { id, ports, .. } = &self.members[index];
-            let is_awaited = self.is_by_hand(index) && self.members[index].is_expected();
-            if is_awaited && ports.as_ref().is_some_and(ArenaPorts::has_dead_agent) {
-                let what = format!("the agent of {id} died as it joined");
-                self.apply_hang_policy(index, tick, what)?;
+            if !self.members[index].is_expected() {
+                continue;
             }
+            // Of its process the arena does not know yet.
+            let is_unknown = |ports: &ArenaPorts| self.is_by_hand(index) && ports.has_dead_agent();
+            let what = if self.members[index].ports.as_ref().is_some_and(is_unknown) {
+                format!("the agent of {} died as it joined", self.members[index].id)
+            } else if self.is_gone(index) {
+                self.death(index, tick)
+            } else {
+                continue;
+            };
+            self.apply_hang_policy(index, tick, what)?;
         }
         Ok(())
     }
@@ -458,20 +469,31 @@ impl Roster {
                 }
             }
         }
-        refusals.iter().for_each(|why| member.refuse(why));
+        for why in refusals {
+            self.refuse(index, why);
+        }
         Ok(heard)
     }
 
-    /// Deals with agent `index`, which has not answered for too long.
-    pub(crate) fn give_up_on(&mut self, index: usize, tick: Tick) -> Result<(), SquadError> {
+    /// Counts a refused command of agent `index`; shows the first of a robot, and one of many that are alike.
+    fn refuse(&mut self, index: usize, why: String) {
+        let controller = self.controller_of(index);
+        let member = &mut self.members[index];
+        member.refused += 1;
+        if member.refused == 1 && self.told.insert((controller, why.clone())) {
+            let named = member.named();
+            tracing::warn!(
+                "a command of {named} is refused: {why} (more of its program are counted, not shown)"
+            );
+        }
+    }
+
+    /// Says of agent `index`, which has not answered for too long, what it is doing.
+    pub(crate) fn hanging(&self, index: usize, tick: Tick) -> String {
         let member = &self.members[index];
         let state = member.process.map_or("unknown".into(), |process| process.state().to_string());
         let (named, patience) = (member.named(), self.hang_timeout);
-        self.apply_hang_policy(
-            index,
-            tick,
-            format!("{named} has not answered tick {tick} for {patience:?}; state: {state}"),
-        )
+        format!("{named} has not answered tick {tick} for {patience:?}; state: {state}")
     }
 
     /// Ends the run for every agent. They are measured as long as they are there.
@@ -532,8 +554,13 @@ impl Roster {
         incidents.append(&mut self.incidents);
     }
 
-    /// The hang policy.
-    fn apply_hang_policy(&mut self, index: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+    /// Does about agent `index`, which has come to grief, what the scenario says.
+    pub(crate) fn apply_hang_policy(
+        &mut self,
+        index: usize,
+        tick: Tick,
+        what: String,
+    ) -> Result<(), SquadError> {
         let id = self.members[index].id;
         let (by_hand, next) = (self.is_by_hand(index), id.reborn());
         let member = &mut self.members[index];
@@ -545,7 +572,7 @@ impl Roster {
             (policy, _) => policy,
         };
         let consequence = match policy {
-            OnHang::Fail => return Err(SquadError(what)),
+            OnHang::Fail => "the run fails".into(),
             OnHang::Exclude if policy != self.processes.on_hang => {
                 format!("it is left out from here on: none of {STILLBORN_MAX} lives in a row has joined")
             }
@@ -558,8 +585,10 @@ impl Roster {
             }
             OnHang::Restart => "it is restarted".into(),
         };
-        let what = format!("{what}; {consequence}");
+        let (reason, what) = (what.clone(), format!("{what}; {consequence}"));
         match self.members[index].stillborn {
+            // The run's error will say it.
+            _ if policy == OnHang::Fail => {}
             0 => tracing::warn!("{what}"),
             // A program that does not join mostly does so for all its robots: one line says it.
             _ if self.told.insert((self.controller_of(index), consequence)) => {
@@ -575,7 +604,7 @@ impl Roster {
             OnHang::Restart => self.begin(index, next)?,
             OnHang::Exclude | OnHang::Fail => AgentState::Out,
         };
-        Ok(())
+        if policy == OnHang::Fail { Err(SquadError(reason)) } else { Ok(()) }
     }
 
     /// Ends the present life of robot `index`, if it has not ended yet.

@@ -4,7 +4,6 @@ use std::{
     io::{self, BufRead, Write},
     sync::mpsc::{self, Receiver},
     thread,
-    time::Duration,
 };
 
 use protocol::robot_id::RobotId;
@@ -90,12 +89,6 @@ impl Link {
     /// Processes that have ended since the last call.
     pub fn lost(&self) -> impl Iterator<Item = Lost> {
         self.lost.iter().flat_map(|lost| lost.try_iter())
-    }
-
-    /// The same, once there is one; after `timeout` none.
-    pub fn await_lost(&self, timeout: Duration) -> impl Iterator<Item = Lost> {
-        let first = self.lost.as_ref().and_then(|lost| lost.recv_timeout(timeout).ok());
-        first.into_iter().chain(self.lost())
     }
 }
 

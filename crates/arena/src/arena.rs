@@ -25,7 +25,7 @@ use crate::{
     frame::Pose,
     light::LightSensors,
     measurement::Measurement,
-    metrics::{Disturbance, Metrics, Observer},
+    metrics::{Attendance, Disturbance, Metrics, Observer},
     neighbor_tables::NeighborTables,
     odometry::Odometers,
     packets::Packets,
@@ -176,20 +176,14 @@ impl Arena {
         begins_cycle.then_some(&self.percepts)
     }
 
-    /// Returns the metrics for the current percepts and the answers to them. As many robots are `alive`, answers or
-    /// none: that is not for the arena to know.
-    pub fn metrics(&self, answers: &[Option<Answer>], alive: u32) -> Metrics {
-        self.observer().measure(self.world.poses(), answers, alive, self.packets, self.time_s())
+    /// Returns the metrics for the current percepts and the answers to them.
+    pub fn metrics(&self, answers: &[Option<Answer>], attendance: Attendance) -> Metrics {
+        self.observer().measure(self.world.poses(), answers, attendance, self.packets, self.time_s())
     }
 
     /// Quantities in which faults can be felt, by now.
     pub fn disturbance(&self, answers: &[Option<Answer>]) -> Disturbance {
         self.observer().disturbance(self.world.poses(), answers)
-    }
-
-    /// Whether the fault plan has paused `robot`.
-    pub fn is_paused(&self, robot: u32) -> bool {
-        self.plan.is_paused(robot)
     }
 
     /// The tick whose percepts stand; 0 before the first.
@@ -258,9 +252,7 @@ impl Arena {
     }
 
     fn observer(&self) -> Observer<'_> {
-        let paused =
-            (0..).zip(&self.percepts).filter(|&(robot, _)| self.plan.is_paused(robot)).count() as u32;
-        Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m(), paused }
+        Observer { field: &self.field, hearing: &self.hearing, size_m: self.size_m() }
     }
 
     fn size_m(&self) -> [f64; 2] {

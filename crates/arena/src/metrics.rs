@@ -72,6 +72,15 @@ pub struct Metrics {
     pub packets: Packets,
 }
 
+/// How many agents are there, answers or none: that is not for the arena to know.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Attendance {
+    /// Robots whose agent is there.
+    pub alive: u32,
+    /// Robots among them that the plan has paused.
+    pub paused: u32,
+}
+
 /// The estimated errors ‖ê‖ of the robots that answered, in meters.
 ///
 /// A robot that estimates none is left out: where it should be is not known, so it is not there.
@@ -114,8 +123,6 @@ pub struct Observer<'a> {
     pub hearing: &'a NeighborTables,
     /// Size of the arena.
     pub size_m: [f64; 2],
-    /// How many robots the plan has paused.
-    pub paused: u32,
 }
 
 impl Observer<'_> {
@@ -126,12 +133,12 @@ impl Observer<'_> {
         [EstimatedErrors::of(answers).mean_m, partition.rough_cost(self.field)]
     }
 
-    /// The state of the robots that `answers` has commands of, at `time_s` of virtual time. As many are `alive`.
+    /// The state of the robots that `answers` has commands of, at `time_s` of virtual time.
     pub fn measure(
         &self,
         poses: &[Pose],
         answers: &[Option<Answer>],
-        alive: u32,
+        Attendance { alive, paused }: Attendance,
         packets: Packets,
         time_s: f64,
     ) -> Metrics {
@@ -164,8 +171,8 @@ impl Observer<'_> {
             mean_lamp_distance_m: mean_lamp_distance(&positions, &lamps),
             mean_peak_distance_m: mean_peak_distance(&positions, &peaks),
             robots_alive: alive,
-            robots_paused: self.paused,
-            robots_silent: alive.saturating_sub(self.paused + present.len() as u32),
+            robots_paused: paused,
+            robots_silent: alive.saturating_sub(paused + present.len() as u32),
             packets,
         }
     }

@@ -7,6 +7,7 @@ use arena::{
     channel::{Channel, Moment},
     executor::Sequential,
     frame::{ArenaPoint, Pose},
+    metrics::Attendance,
     packets::Packets,
 };
 use coverage::CoverageController;
@@ -88,7 +89,11 @@ fn overtaken_packets_are_not_believed_though_their_sender_was_forgotten_meanwhil
 fn mean_staleness_s(scenario: &Scenario, ticks: Tick, counts: impl Fn(Tick) -> bool) -> f64 {
     let (mut sum_s, mut count) = (0.0, 0);
     play(scenario, ticks, |arena, commands, _| {
-        if let Some(age_s) = arena.metrics(commands, scenario.robot_count()).staleness_s.filter(|_| counts(arena.current_tick())) {
+        if let Some(age_s) = arena
+            .metrics(commands, Attendance::default())
+            .staleness_s
+            .filter(|_| counts(arena.current_tick()))
+        {
             sum_s += age_s;
             count += 1;
         }

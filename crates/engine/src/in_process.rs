@@ -168,7 +168,10 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
                 }
             }
         }
-        Ok(())
+        match self.robots.iter().all(|life| life.is_out) && !self.robots.is_empty() {
+            true => Err(SquadError("no robot is left".into())),
+            false => Ok(()),
+        }
     }
 
     fn left_out(&self) -> Vec<u32> {
@@ -369,6 +372,21 @@ mod tests {
             assert_eq!(consequences.collect::<Vec<_>>(), expected);
             assert_eq!((incidents[0].robot, incidents[0].tick), (1, 7));
         }
+    }
+
+    #[test]
+    fn a_squad_that_has_nobody_left_ends_the_run() {
+        let new = |id: RobotId| match id.incarnation {
+            0 => Ok(Talkative(0)),
+            _ => Err(SquadError("no".into())),
+        };
+        let (mut squad, mut answers) = joined(InProcess::new(&scenario(&[]), 0..ROBOTS, new).unwrap());
+        let restart = |robot| ProcessFault { robot, action: ProcessAction::Restart };
+        let mut apply = |robots: std::ops::Range<u32>| {
+            squad.apply_process_faults(0, &robots.map(restart).collect::<Vec<_>>(), &mut answers, &mut |_| ())
+        };
+        assert_eq!(apply(1..ROBOTS), Ok(()));
+        assert_eq!(apply(0..1), Err(SquadError("no robot is left".into())));
     }
 
     /// Says more from percept to percept.

@@ -6,7 +6,7 @@ use arena::{
     Arena,
     fault::ledger::Line,
     frame::Pose,
-    metrics::{Disturbance, EstimatedErrors, Metrics},
+    metrics::{Attendance, Disturbance, EstimatedErrors, Metrics},
     packets::Packets,
 };
 use profile::CycleTimes;
@@ -135,6 +135,14 @@ pub struct TickView<'a> {
     pub(crate) metrics: OnceCell<Metrics>,
 }
 
+/// Counts the robots of `squad` that are there.
+pub(crate) fn attendance(squad: &dyn Squad) -> Attendance {
+    let robots = squad.robot_statuses();
+    let count =
+        |is_meant: fn(&RobotStatus) -> bool| robots.iter().filter(|robot| is_meant(robot)).count() as u32;
+    Attendance { alive: count(RobotStatus::is_alive), paused: count(RobotStatus::is_paused) }
+}
+
 impl TickView<'_> {
     /// Returns the scenario of the run.
     pub fn scenario(&self) -> &Scenario {
@@ -191,11 +199,6 @@ impl TickView<'_> {
         self.squad.notes(robot)
     }
 
-    /// Whether the fault plan has paused a robot.
-    pub fn is_paused(&self, robot: u32) -> bool {
-        self.arena.is_paused(robot)
-    }
-
     /// Returns the errors that robots estimate.
     pub fn errors(&self) -> EstimatedErrors {
         self.errors
@@ -203,7 +206,7 @@ impl TickView<'_> {
 
     /// Returns the metrics of the swarm.
     pub fn metrics(&self) -> &Metrics {
-        self.metrics.get_or_init(|| self.arena.metrics(self.answers, self.squad.robots_alive()))
+        self.metrics.get_or_init(|| self.arena.metrics(self.answers, attendance(self.squad)))
     }
 
     /// Returns the quantities in which faults can be felt: less work than all metrics.

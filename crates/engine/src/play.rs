@@ -17,7 +17,7 @@ use squad::{
 
 use crate::{
     cores::Cores,
-    observer::{Observer, Observers, RunInfo, TickStamps, TickView},
+    observer::{Observer, Observers, RunInfo, TickStamps, TickView, attendance},
     pace::{Lag, Overload, Pace},
     summary::{Delivered, Ending, Fault, Recovered, Summary, TickTimes},
 };
@@ -314,7 +314,7 @@ impl Run<'_, '_> {
             real_time_factor: (wall_time_s > 0.0).then(|| virtual_time_s / wall_time_s),
             digest: self.arena.digest(),
             converged_at_s: self.converged_at_s,
-            end: self.arena.metrics(&self.answers, self.squad.robots_alive()),
+            end: self.arena.metrics(&self.answers, attendance(self.squad)),
             contacts_unsolved: self.arena.contacts_unsolved(),
             contacts_coarse: self.arena.contacts_coarse(),
             commands_refused: self.squad.robot_statuses().iter().map(|robot| robot.refused).sum(),

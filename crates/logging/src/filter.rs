@@ -1,4 +1,5 @@
-//! Which events are logged: what `RUST_LOG` says, as `tracing-subscriber`'s `EnvFilter` reads the simple cases.
+//! Which events are logged: what `RUST_LOG` says, as `tracing-subscriber`'s `EnvFilter` reads the simple cases, but for one:
+//! a list about targets alone leaves the rest as it is. Whoever asks for more of one robot is not to lose the run's warnings.
 
 use tracing::{Metadata, level_filters::LevelFilter};
 
@@ -13,7 +14,7 @@ pub(crate) struct Filter {
 
 impl Filter {
     /// Reads a list of `LEVEL`, `TARGET=LEVEL` and `TARGET` (all of it), separated by commas; and what in it makes
-    /// no sense. An empty text, or one without any sense, gives `level`; one about targets only turns off the rest.
+    /// no sense. Where no level is given for all, that is `level`.
     pub(crate) fn parse(text: &str, level: LevelFilter) -> (Self, Vec<String>) {
         let (mut rest, mut targets, mut unknown) = (None, Vec::new(), Vec::new());
         for directive in text.split(',').map(str::trim).filter(|directive| !directive.is_empty()) {
@@ -36,8 +37,7 @@ impl Filter {
         // Of equals the last one counts, so it must come first.
         targets.reverse();
         targets.sort_by_key(|(target, _)| std::cmp::Reverse(target.len()));
-        let otherwise = if targets.is_empty() { level } else { LevelFilter::OFF };
-        (Self { rest: rest.unwrap_or(otherwise), targets }, unknown)
+        (Self { rest: rest.unwrap_or(level), targets }, unknown)
     }
 
     /// Whether an event like this is logged.
@@ -77,7 +77,8 @@ mod tests {
         assert_eq!(level("Info,robot_agent=trace", "robot_agent::agent"), LevelFilter::TRACE);
         assert_eq!(level("info,robot_agent=trace", "arena_daemon"), LevelFilter::INFO);
         assert_eq!(level("robot_agent", "robot_agent"), LevelFilter::TRACE);
-        assert_eq!(level("robot_agent=debug", "arena_daemon"), LevelFilter::OFF);
+        assert_eq!(level("robot_agent=debug", "arena_daemon"), LevelFilter::WARN);
+        assert_eq!(level("off,robot_agent=debug", "arena_daemon"), LevelFilter::OFF);
         assert_eq!(level("off", "robot_agent"), LevelFilter::OFF);
     }
 

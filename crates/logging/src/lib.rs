@@ -23,6 +23,7 @@ use std::{
     sync::OnceLock,
 };
 
+use protocol::robot_id::RobotId;
 use tracing::Level;
 
 pub use crate::{
@@ -87,7 +88,11 @@ pub fn fatal(target: &str, message: &str) {
 
 /// A line of this process that no event makes, in its format.
 pub fn line(level: Level, target: &str, message: &dyn Display) -> Line {
-    let robot = SETTINGS.get().and_then(|settings| settings.robot);
+    line_of(SETTINGS.get().and_then(|settings| settings.robot), level, target, message)
+}
+
+/// The same about a robot that another process plays.
+pub fn line_of(robot: Option<RobotId>, level: Level, target: &str, message: &dyn Display) -> Line {
     let words = Words::Plain(message);
     Record { level, run: run(), robot, tick: tick(), target, words }.line(format(), false)
 }

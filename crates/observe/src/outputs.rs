@@ -200,17 +200,17 @@ impl Observer for Outputs {
     }
 }
 
-/// One row for every robot. Who has not answered is not alive, unless the plan has paused it.
+/// One row for every robot.
 fn pose_rows(tick: &TickView<'_>) -> impl Iterator<Item = PoseRow> {
-    (0..).zip(tick.poses()).zip(tick.answers()).map(|((robot, pose), answer)| PoseRow {
+    tick.robots().into_iter().zip(tick.poses()).map(|(robot, pose)| PoseRow {
         tick: tick.tick(),
         time_s: tick.time_s(),
-        robot,
+        robot: robot.id.index,
         x_m: pose.position.x,
         y_m: pose.position.y,
         heading_rad: pose.heading,
-        alive: answer.is_some() || tick.is_paused(robot),
-        paused: tick.is_paused(robot),
+        alive: robot.is_alive(),
+        paused: robot.is_paused(),
     })
 }
 

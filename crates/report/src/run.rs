@@ -59,6 +59,8 @@ fn headline(run: &Run) -> Result<Table, ReportError> {
         ("mean distance to the middle of the lamps (m)", "mean_lamp_distance_m"),
         ("share of cells that agree", "cell_agreement"),
         ("robots alive", "robots_alive"),
+        ("robots among them without a command", "robots_silent"),
+        ("commands refused", "commands_refused"),
         ("robots without an estimated error", "robots_without_error"),
     ];
     pairs.extend(quantities.into_iter().filter_map(|(name, key)| match summary.get(key)? {

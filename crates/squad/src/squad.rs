@@ -101,11 +101,6 @@ pub trait Squad {
     /// Returns the status of each of its robots, by index.
     fn robot_statuses(&self) -> Vec<RobotStatus>;
 
-    /// Returns how many of its robots have an agent that is there.
-    fn robots_alive(&self) -> u32 {
-        self.robot_statuses().iter().filter(|robot| robot.is_alive()).count() as u32
-    }
-
     /// Ends every agent, and completes what was measured of them.
     fn dismiss(&mut self);
 }

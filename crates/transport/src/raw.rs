@@ -710,7 +710,7 @@ mod tests {
         let (raw, frame) = carried(&answer(&[7; 40]));
         assert_eq!(
             raw.check(&frame, 39, ROBOT, 12).unwrap_err().to_string(),
-            "its payload of 40 bytes is longer than the 39 that `channel.payload_bytes_max` allows"
+            "its payload of 40 bytes is longer than the 39 that `channel.payload_bytes_max` allows (up to 128)"
         );
         assert!(raw.check(&frame, 40, ROBOT, 12).is_ok());
     }
@@ -766,7 +766,7 @@ mod tests {
         long.frame.len = 200;
         assert_eq!(
             refusal(long),
-            "its payload of 186 bytes is longer than the 9 that `channel.payload_bytes_max` allows"
+            "its payload of 186 bytes is longer than the 9 that `channel.payload_bytes_max` allows (up to 128)"
         );
     }
 

@@ -221,8 +221,11 @@ impl<'a> Course<'a> {
                 self.keep_as(index, done, keep)?;
                 Ok(goes_on)
             }
-            (None, Some(_)) if self.is_second_time => {
-                tracing::warn!("{} lost agents again; it is left out of the statistics", named(&trial));
+            (None, Some(what)) if self.is_second_time => {
+                tracing::warn!(
+                    "{} lost agents again: {what}; it is left out of the statistics",
+                    named(&trial)
+                );
                 self.keep_as(index, Done::LostAgents, keep)?;
                 Ok(false)
             }

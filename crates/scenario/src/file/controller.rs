@@ -80,8 +80,8 @@ pub(crate) struct ProgramKeys {
     /// Which robots it thinks for, such as "40-49"; may be left out where there is no other entry.
     #[serde(skip_serializing_if = "Option::is_none")]
     robots: Option<RobotSet>,
-    /// The program and its first arguments, such as ["./my-robot", "--fast"]. A path is relative to this file; a name
-    /// without a slash is looked for in PATH.
+    /// The program, or words before it, such as ["./my-robot"] or ["nice", "/opt/my-robot"]. A first word that is a path is
+    /// relative to this file; a name without a slash is looked for in PATH.
     program: Vec<String>,
     /// Parameters of the program: any table without dates, which it gets as JSON.
     #[serde(default)]
