@@ -47,7 +47,7 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
         let trial = plan.trial(index);
         folder.add(&trial, &done)?;
         if let Done::LostAgents = done {
-            lost.push(named(&trial));
+            lost.push(named(&plan, &trial));
         }
         outlook.done += plan.weight(index);
         let done = folder.done();

@@ -256,7 +256,8 @@ fn a_trial_that_lost_agents_is_played_again_and_left_out_if_it_loses_some_again(
     assert!(
         said(&output).contains(
             "error: 1 of 2 trials lost agents each time they were played, and are left out of the statistics: \
-             trial 0 of setting 0 (seed 1); the same command plays them again"
+             trial 0 of setting 0 (seed 1); what did it is told above; if it was an accident, the same command \
+             plays them again"
         ),
         "{}",
         said(&output)

@@ -92,7 +92,9 @@ fn every_robot_has_one_controller() {
     );
     check(
         &two("robots = \"0-1\"", "robots = \"2-5\""),
-        expect!["folder/x.toml:11: there is no robot 5: the scenario has robots 0 to 4"],
+        expect![[r#"
+            folder/x.toml:11: there is no robot 5: the scenario has robots 0 to 4
+            hint: name those that there are, or take more robots"#]],
     );
     check(
         &two("robots = \"0-1\"", ""),

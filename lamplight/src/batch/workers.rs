@@ -142,7 +142,8 @@ fn in_order(
 
 fn played_in_process(plan: &Plan, index: usize, stop: &StopFlag) -> anyhow::Result<Done> {
     let trial = plan.trial(index);
-    let record = in_process::trial(&trial.scenario, stop).and_then(whole).with_context(|| named(&trial))?;
+    let record =
+        in_process::trial(&trial.scenario, stop).and_then(whole).with_context(|| named(plan, &trial))?;
     done(plan, &trial, record, stop)
 }
 
@@ -156,7 +157,7 @@ fn done(plan: &Plan, trial: &Trial<'_>, record: Record, stop: &StopFlag) -> anyh
                 law.law = Law::Exact;
             }
             let exact = in_process::trial(&scenario, stop).and_then(whole);
-            exact.with_context(|| format!("{} with the exact controller", named(trial)))?.end.cost_h
+            exact.with_context(|| format!("{} with the exact controller", named(plan, trial)))?.end.cost_h
         }
     };
     Ok(Done::Played(Box::new(Played { record, exact_cost_h })))
@@ -171,9 +172,12 @@ fn whole(record: Record) -> anyhow::Result<Record> {
     }
 }
 
-/// Name of a trial in messages.
-pub(super) fn named(trial: &Trial<'_>) -> String {
-    format!("trial {} of setting {} (seed {})", trial.trial, trial.setting, trial.scenario.seed)
+/// Name of a trial of `plan` in messages, with the values of its setting.
+pub(super) fn named(plan: &Plan, trial: &Trial<'_>) -> String {
+    let Trial { setting, trial: number, of, scenario } = trial;
+    let swept =
+        plan.identity.sweeps.iter().zip(&of.values).map(|(sweep, value)| format!("; {}={value}", sweep.key));
+    format!("trial {number} of setting {setting} (seed {}{})", scenario.seed, swept.collect::<String>())
 }
 
 /// Swarm after swarm; each plays trials as long as it is whole and they have as many robots as it.
@@ -224,7 +228,7 @@ impl<'a> Course<'a> {
             (None, Some(what)) if self.is_second_time => {
                 tracing::warn!(
                     "{} lost agents again: {what}; it is left out of the statistics",
-                    named(&trial)
+                    named(self.plan, &trial)
                 );
                 self.keep_as(index, Done::LostAgents, keep)?;
                 Ok(false)
@@ -245,7 +249,7 @@ impl<'a> Course<'a> {
 
     /// The present trial was lost: it is played again, unless it has been already.
     fn once_more(&mut self, why: anyhow::Error) -> anyhow::Result<()> {
-        let named = self.present().map_or_else(String::new, |trial| named(&trial));
+        let named = self.present().map_or_else(String::new, |trial| named(self.plan, &trial));
         if mem::replace(&mut self.is_second_time, true) {
             return Err(why.context(named));
         }

@@ -217,7 +217,7 @@ pub(crate) fn resolve(
         ensure(robots.highest() < count, || {
             let message =
                 format!("there is no robot {}: the scenario has robots 0 to {}", robots.highest(), count - 1);
-            problem(&[&at, "robots.count"], message)
+            problem(&[&at, "robots.count"], message).hint("name those that there are, or take more robots")
         })?;
         for (first, other) in controllers.iter().enumerate() {
             if let Some(robot) = robots.lowest_common(&other.robots) {
