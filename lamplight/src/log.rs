@@ -45,6 +45,9 @@ const KEPT_BYTES_MAX: u64 = 64 << 20;
 
 /// Room in the pipe for what a swarm says at once, bytes: as much as Linux grants everybody (pipe(7)).
 const PIPE_BYTES: usize = 1 << 20;
+/// Beginnings of lines that a program's log has written: it names the robot itself.
+const LOGGED: [&[u8]; 5] = [b"ERROR ", b" WARN ", b" INFO ", b"DEBUG ", b"TRACE "];
+
 /// How long the end of the pipe is waited for once all children have ended.
 const STRAGGLERS: Duration = Duration::from_secs(1);
 
@@ -181,7 +184,7 @@ impl Gatherer {
         });
         thread::spawn(move || {
             // If standard error is gone, the file may still be there.
-            pipes.gather(last, |line| drop(write(line)));
+            pipes.gather(last, |id, printed| drop(write(&told(id, printed))));
             drop(also_at_work);
         });
         Ok(Self { programs, writers: Some([ours, theirs]), readers })
@@ -227,6 +230,17 @@ fn gather(pipe: PipeReader) {
             Format::Json if !line.starts_with(JSON_BEGINS.as_bytes()) => write(foreign(None, &line).bytes()),
             _ => write(&line),
         };
+    }
+}
+
+/// Makes a line of the log of one that the program of `id` has printed.
+fn told(id: RobotId, printed: &[u8]) -> Vec<u8> {
+    let as_it_is = || [printed, b"\n"].concat();
+    match logging::format() {
+        Format::Json if printed.starts_with(JSON_BEGINS.as_bytes()) => as_it_is(),
+        Format::Json => foreign(Some(id), printed).bytes().to_vec(),
+        Format::Text if LOGGED.iter().any(|begin| printed.starts_with(begin)) => as_it_is(),
+        Format::Text => [format!("{id}: ").as_bytes(), printed, b"\n"].concat(),
     }
 }
 
@@ -282,6 +296,13 @@ mod tests {
         // Text is the format of a process that has not begun to log.
         let line = foreign(None, format!("{words}\n").as_bytes());
         assert_eq!(std::str::from_utf8(line.bytes()).unwrap(), format!(" WARN {words}\n"));
+    }
+
+    #[test]
+    fn printed_lines_name_their_robot_and_those_of_a_log_do_already() {
+        let id = RobotId::first(3).reborn();
+        assert_eq!(told(id, b"hello"), b"robot 3 (life 2): hello\n");
+        assert_eq!(told(id, b" WARN robot 3 tick 5: look"), b" WARN robot 3 tick 5: look\n");
     }
 
     #[test]

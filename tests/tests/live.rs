@@ -70,7 +70,11 @@ fn time_until_named(run: &LiveRun, agent: Pid) -> Duration {
             let robot = &snapshot(run)["waiting"]["robots"][0];
             robot["id"]["index"] == 17 && robot["state"] == "stopped"
         });
-        began.elapsed()
+        let elapsed = began.elapsed();
+        let told = snapshot(run);
+        let ticks = [&told["tick"], &told["waiting"]["tick"]].map(|tick| tick.as_u64().unwrap());
+        assert!(ticks[1] <= ticks[0] + 1, "what is told is of the last tick that is over: {ticks:?}");
+        elapsed
     };
     let go_on = || {
         signal(agent, Signal::CONT);

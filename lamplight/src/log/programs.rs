@@ -8,10 +8,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use logging::{
-    Format,
-    line::{JSON_BEGINS, MOST_BYTES},
-};
+use logging::line::MOST_BYTES;
 use protocol::robot_id::RobotId;
 use rustix::{
     buffer::spare_capacity,
@@ -26,9 +23,6 @@ const AT_ONCE: usize = 64;
 const IN_TURN: usize = 1 << 16;
 /// Stands for the pipe whose end says that no program is to come.
 const LAST: u64 = u64::MAX;
-
-/// Beginnings of lines that a program's log has written: it names the robot itself.
-const LOGGED: [&[u8]; 5] = [b"ERROR ", b" WARN ", b" INFO ", b"DEBUG ", b"TRACE "];
 
 /// The pipes of all programs.
 #[derive(Clone, Debug)]
@@ -66,8 +60,9 @@ impl Programs {
         Ok(writer.into())
     }
 
-    /// Hands lines to `write` until the last program that is to come has closed its end. `last` is held that long.
-    pub(super) fn gather(&self, last: PipeReader, write: impl Fn(&[u8])) {
+    /// Hands lines to `take`, without their ends and with whose they are, until the last program that is to come has closed
+    /// its end. `last` is held that long.
+    pub(super) fn gather(&self, last: PipeReader, take: impl Fn(RobotId, &[u8])) {
         let (mut ready, mut chunk) = (Vec::with_capacity(AT_ONCE), vec![0; IN_TURN]);
         let mut last = Some(last);
         while last.is_some() || !self.pipes().is_empty() {
@@ -78,14 +73,14 @@ impl Programs {
             for event in ready.drain(..) {
                 match event.data.u64() {
                     LAST => last = None,
-                    key => self.read(key, &mut chunk, &write),
+                    key => self.read(key, &mut chunk, &take),
                 }
             }
         }
     }
 
     /// Reads what one program has printed. Nobody is held up meanwhile who adds another.
-    fn read(&self, key: u64, chunk: &mut [u8], write: impl Fn(&[u8])) {
+    fn read(&self, key: u64, chunk: &mut [u8], take: impl Fn(RobotId, &[u8])) {
         let Some(mut pipe) = self.pipes().remove(&key) else { return };
         let is_open = match pipe.reader.read(chunk) {
             Ok(0) => false,
@@ -95,7 +90,7 @@ impl Programs {
             }
             Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
         };
-        lines(&mut pipe.rest, !is_open, |line| write(&told(pipe.id, line)));
+        lines(&mut pipe.rest, !is_open, |line| take(pipe.id, line));
         if is_open {
             self.pipes().insert(key, pipe);
         }
@@ -125,17 +120,6 @@ fn lines(text: &mut Vec<u8>, is_end: bool, mut take: impl FnMut(&[u8])) {
     text.drain(..done);
 }
 
-/// Makes a line of the log of one that the program of `id` has printed.
-fn told(id: RobotId, printed: &[u8]) -> Vec<u8> {
-    let as_it_is = || [printed, b"\n"].concat();
-    match logging::format() {
-        Format::Json if printed.starts_with(JSON_BEGINS.as_bytes()) => as_it_is(),
-        Format::Json => super::foreign(Some(id), printed).bytes().to_vec(),
-        Format::Text if LOGGED.iter().any(|begin| printed.starts_with(begin)) => as_it_is(),
-        Format::Text => [format!("{id}: ").as_bytes(), printed, b"\n"].concat(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::{
@@ -161,20 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn printed_lines_name_their_robot_and_those_of_a_log_do_already() {
-        let id = RobotId::first(3).reborn();
-        assert_eq!(told(id, b"hello"), b"robot 3 (life 2): hello\n");
-        assert_eq!(told(id, b" WARN robot 3 tick 5: look"), b" WARN robot 3 tick 5: look\n");
-    }
-
-    #[test]
     fn programs_that_print_at_once_do_not_mix_and_the_last_one_ends_it() {
         let (programs, last_reader, last) = Programs::begin().unwrap();
         let (sender, printed) = mpsc::channel();
         let reader = programs.clone();
         let gathering = thread::spawn(move || {
-            reader
-                .gather(last_reader, |line| sender.send(String::from_utf8(line.to_vec()).unwrap()).unwrap());
+            reader.gather(last_reader, |id, line| {
+                sender.send((id.index, String::from_utf8(line.to_vec()).unwrap())).unwrap();
+            });
         });
         let mut children: Vec<_> = (0..4)
             .map(|robot| {
@@ -188,10 +166,10 @@ mod tests {
         drop(last);
         assert!(children.iter_mut().all(|child| child.wait().unwrap().success()));
         gathering.join().unwrap();
-        let mut lines: Vec<String> = printed.iter().collect();
+        let mut lines: Vec<(u32, String)> = printed.iter().collect();
         lines.sort();
         let of_robot = |robot| {
-            let line = |text| std::iter::repeat_n(format!("robot {robot}: {text}\n"), 5);
+            let line = |text: &str| std::iter::repeat_n((robot, text.to_owned()), 5);
             line("b").chain(line("cd"))
         };
         assert_eq!(lines, (0..4).flat_map(of_robot).collect::<Vec<_>>());

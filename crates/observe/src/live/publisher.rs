@@ -5,10 +5,15 @@ use std::{
     time::{Duration, Instant},
 };
 
+use arena::packets::Packets;
 use engine::{Observer, ObserverError, RunInfo, TickView, Waiting, summary::Summary};
 use profile::{WatchedCycles, Window};
+use protocol::percept::Tick;
 
-use super::{snapshot::Robot, state::Live};
+use super::{
+    snapshot::{Robot, Snapshot},
+    state::Live,
+};
 
 /// Time between two snapshots.
 const EVERY: Duration = Duration::from_millis(100);
@@ -22,12 +27,40 @@ pub struct SnapshotPublisher {
     told: Option<Instant>,
     /// While somebody watches.
     ticks: Option<Window>,
+    /// How far the run is: the snapshot may be a tenth of a second behind, in which a fast run goes far.
+    position: Option<Position>,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+struct Position {
+    tick: Tick,
+    time_s: f64,
+    mean_error_m: Option<f64>,
+    packets: Packets,
+}
+
+impl Position {
+    fn of(tick: &TickView<'_>) -> Self {
+        Self {
+            tick: tick.tick(),
+            time_s: tick.time_s(),
+            mean_error_m: tick.errors().mean_m,
+            packets: tick.packets(),
+        }
+    }
+
+    fn write(self, snapshot: &mut Snapshot) {
+        let Self { tick, time_s, mean_error_m, packets } = self;
+        (snapshot.tick, snapshot.time_s) = (tick, time_s);
+        (snapshot.mean_error_m, snapshot.packets) = (mean_error_m, packets);
+    }
 }
 
 impl SnapshotPublisher {
     /// A publisher to `live` of a run whose agents' last cycles are kept in `cycles`, if they are measured.
     pub fn new(live: Arc<Live>, cycles: WatchedCycles) -> Self {
-        Self { live, cycles, told: None, ticks: None }
+        Self { live, cycles, told: None, ticks: None, position: None }
     }
 
     fn publish(&mut self, tick: &TickView<'_>, now: Instant) {
@@ -48,10 +81,8 @@ impl SnapshotPublisher {
         });
         let robots = robots.collect();
         self.live.tell(|snapshot| {
-            snapshot.tick = tick.tick();
-            snapshot.time_s = tick.time_s();
-            snapshot.mean_error_m = tick.errors().mean_m;
-            (snapshot.packets, snapshot.tick_time) = (tick.packets(), tick_time);
+            Position::of(tick).write(snapshot);
+            snapshot.tick_time = tick_time;
             (snapshot.robots, snapshot.agents) = (robots, agents);
         });
     }
@@ -67,6 +98,7 @@ impl Observer for SnapshotPublisher {
         if let Some(ticks) = &mut self.ticks {
             ticks.record(tick.took().as_nanos() as u64);
         }
+        self.position = Some(Position::of(tick));
         let now = Instant::now();
         if self.told.is_none_or(|told| now.saturating_duration_since(told) >= EVERY) {
             self.told = Some(now);
@@ -76,7 +108,11 @@ impl Observer for SnapshotPublisher {
     }
 
     fn waiting(&mut self, waiting: Option<&Waiting>) {
-        self.live.tell(|snapshot| snapshot.waiting = waiting.cloned());
+        let position = self.position;
+        self.live.tell(|snapshot| {
+            position.into_iter().for_each(|position| position.write(snapshot));
+            snapshot.waiting = waiting.cloned();
+        });
     }
 
     /// Tells how things are a last time.
