@@ -262,7 +262,10 @@ impl Roster {
     /// Does away with those who will not come. Returns whether somebody may still come.
     pub(crate) fn welcome(&mut self, tick: Tick, answers: &mut Answers) -> Result<bool, SquadError> {
         self.note_exits();
-        self.on_death_in_joining(tick)?;
+        let looks = self.looked.elapsed() >= LOOK_EVERY;
+        if looks {
+            self.looked = Instant::now();
+        }
         // One look at each: at the end of a tick no cache has them.
         let (mut is_anybody_left, mut is_somebody_expected) = (false, false);
         for (index, answer) in answers.iter_mut().enumerate() {
@@ -277,12 +280,11 @@ impl Roster {
                 }
                 // It is there, and stands still and silent like everybody whose command is refused.
                 Heard::Refused => self.joined(index),
-                // Looked for last: whoever has joined and ended has joined.
-                Heard::Nothing if self.exit(index).is_some() => {
-                    let what = self.death(index, tick);
-                    self.apply_hang_policy(index, tick, what)?;
-                }
-                Heard::Nothing => self.await_longer(index, since, tick)?,
+                // Asked last: whoever has joined and ended has joined.
+                Heard::Nothing => match self.death_in_joining(index, tick, looks) {
+                    Some(what) => self.apply_hang_policy(index, tick, what)?,
+                    None => self.await_longer(index, since, tick)?,
+                },
             }
             is_anybody_left |= self.members[index].state != AgentState::Out;
             is_somebody_expected |= self.members[index].is_expected();
@@ -366,29 +368,17 @@ impl Roster {
         }
     }
 
-    /// Deals with agents that have died as they joined, and of which the supervisor has not told: those that were started
-    /// by hand, and those behind another process.
-    fn on_death_in_joining(&mut self, tick: Tick) -> Result<(), SquadError> {
-        if self.looked.elapsed() < LOOK_EVERY {
-            return Ok(());
+    /// Says how agent `index` has ended that is expected, if it has. Where the supervisor does not tell of it, that takes
+    /// a look, which is not taken each time: of those that were started by hand, and those behind another process.
+    fn death_in_joining(&mut self, index: usize, tick: Tick, looks: bool) -> Option<String> {
+        let Member { id, ports, .. } = &self.members[index];
+        // Of its process the arena does not know yet.
+        let is_unknown = |ports: &ArenaPorts| self.is_by_hand(index) && ports.has_dead_agent();
+        if looks && ports.as_ref().is_some_and(is_unknown) {
+            return Some(format!("the agent of {id} died as it joined"));
         }
-        self.looked = Instant::now();
-        for index in 0..self.members.len() {
-            if !self.members[index].is_expected() {
-                continue;
-            }
-            // Of its process the arena does not know yet.
-            let is_unknown = |ports: &ArenaPorts| self.is_by_hand(index) && ports.has_dead_agent();
-            let what = if self.members[index].ports.as_ref().is_some_and(is_unknown) {
-                format!("the agent of {} died as it joined", self.members[index].id)
-            } else if self.is_gone(index) {
-                self.death(index, tick)
-            } else {
-                continue;
-            };
-            self.apply_hang_policy(index, tick, what)?;
-        }
-        Ok(())
+        let is_gone = self.exit(index).is_some() || looks && self.is_gone(index);
+        is_gone.then(|| self.death(index, tick))
     }
 
     /// Sends a percept to every agent that takes part, and writes their indices over `present`.
