@@ -56,14 +56,26 @@ impl Payload {
 
     #[inline]
     fn new(payload: &[u8]) -> Self {
+        // First the one that is most frequent, and copied in one piece.
+        match payload.first_chunk::<4>().filter(|usual| usual.len() == payload.len()) {
+            Some(usual) => Self::short(usual),
+            None => Self::of_any(payload),
+        }
+    }
+
+    #[inline]
+    fn short(payload: &[u8]) -> Self {
         let mut bytes = [0; SHORT_PAYLOAD_BYTES];
-        Self(match bytes.get_mut(..payload.len()) {
-            Some(short) => {
-                short.copy_from_slice(payload);
-                Bytes::Short { len: payload.len() as u8, bytes }
-            }
-            None => Bytes::Long(payload.into()),
-        })
+        bytes[..payload.len()].copy_from_slice(payload);
+        Self(Bytes::Short { len: payload.len() as u8, bytes })
+    }
+
+    #[inline(never)]
+    fn of_any(payload: &[u8]) -> Self {
+        match payload.len() <= SHORT_PAYLOAD_BYTES {
+            true => Self::short(payload),
+            false => Self(Bytes::Long(payload.into())),
+        }
     }
 }
 

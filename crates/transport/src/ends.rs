@@ -57,7 +57,7 @@ impl Received<'_> {
     /// `frames`, for those who will hear it.
     pub fn check(&self, expected: RobotId, tick: Tick, frames: &mut Frames) -> Result<Answer, CommandError> {
         let answer = self.command.check(self.frame, self.payload_bytes_max, expected, tick)?;
-        frames.keep(&answer.packet(), self.command.frame.whole(self.frame)?);
+        frames.keep(&answer.packet(), &self.command.frame, self.frame);
         Ok(answer)
     }
 }

@@ -37,24 +37,41 @@ impl Frames {
         Self { robots, frames: vec![RawFrame::default(); (robots + 1) * KEPT], long: Vec::new() }
     }
 
-    /// Keeps the frame in which `packet` has come, for those who will hear it.
-    pub fn keep(&mut self, packet: &PacketView<'_>, frame: &[u8]) {
-        self.set(self.place(packet), frame);
+    /// Keeps the frame in which `packet` has come, for those who will hear it. If it is long, `long` begins with it.
+    #[inline]
+    pub fn keep(&mut self, packet: &PacketView<'_>, frame: &RawFrame, long: &[u8]) {
+        let place = self.place(packet);
+        self.frames[place] = *frame;
+        if frame.is_long() {
+            self.keep_long(place, &long[..frame.len.into()]);
+        }
     }
 
     /// The frame of `packet`.
     #[inline]
     pub fn get(&mut self, packet: &PacketView<'_>) -> KeptFrame<'_> {
         let place = self.place(packet);
+        match self.frames[place].usual().is_some_and(|frame| packet.is_in(frame)) {
+            true => KeptFrame { frame: &self.frames[place], long: None },
+            false => self.get_any(place, packet),
+        }
+    }
+
+    #[inline(never)]
+    fn get_any(&mut self, place: usize, packet: &PacketView<'_>) -> KeptFrame<'_> {
         if !self.kept(place).whole().is_some_and(|frame| packet.is_in(frame)) {
-            self.encode(place, packet);
+            let frame = packet.encode();
+            self.frames[place] = RawFrame::of(&frame);
+            if self.frames[place].is_long() {
+                self.keep_long(place, &frame);
+            }
         }
         self.kept(place)
     }
 
-    #[cold]
-    fn encode(&mut self, place: usize, packet: &PacketView<'_>) {
-        self.set(place, &packet.encode());
+    fn keep_long(&mut self, place: usize, frame: &[u8]) {
+        self.long.resize_with(self.frames.len(), RawLongFrame::default);
+        self.long[place] = RawLongFrame::of(frame);
     }
 
     /// The frame of the packet of one of `percept`'s deliveries.
@@ -68,18 +85,9 @@ impl Frames {
         self.robots.min(packet.sender.index as usize) * KEPT + packet.sequence as usize % KEPT
     }
 
-    #[inline]
     fn kept(&self, place: usize) -> KeptFrame<'_> {
         let frame = &self.frames[place];
         KeptFrame { frame, long: if frame.is_long() { self.long.get(place) } else { None } }
-    }
-
-    fn set(&mut self, place: usize, frame: &[u8]) {
-        self.frames[place] = RawFrame::of(frame);
-        if self.frames[place].is_long() {
-            self.long.resize_with(self.frames.len(), RawLongFrame::default);
-            self.long[place] = RawLongFrame::of(frame);
-        }
     }
 }
 
@@ -128,9 +136,9 @@ mod tests {
         let mut marked = packet.encode();
         // What a checksum is, only who encodes knows.
         *marked.last_mut().unwrap() ^= 0xff;
-        frames.keep(&packet, &marked);
+        frames.keep(&packet, &RawFrame::of(&marked), &marked);
         let next = PacketView { sequence: 6, ..packet };
-        frames.keep(&next, &next.encode());
+        frames.keep(&next, &RawFrame::of(&next.encode()), &next.encode());
         assert_eq!(frames.get(&packet).whole(), Some(&marked[..]));
     }
 }

@@ -336,9 +336,23 @@ impl RawFrame {
         usize::from(self.len) > SHORT_FRAME_BYTES
     }
 
+    /// Checks and reads the packet of the frame, which is in `long` if it does not lie here.
+    #[inline(always)]
+    fn decode<'a>(&'a self, long: &'a [u8]) -> Result<PacketView<'a>, PacketError> {
+        match self.usual() {
+            Some(frame) => PacketView::decode(frame),
+            None => self.decode_any(long),
+        }
+    }
+
+    #[inline(never)]
+    fn decode_any<'a>(&'a self, long: &'a [u8]) -> Result<PacketView<'a>, PacketError> {
+        PacketView::decode(self.whole(long)?)
+    }
+
     /// The whole frame if it is as long as those of the paper's robots, a length that the compiler knows.
     #[inline]
-    fn usual(&self) -> Option<&[u8; USUAL_FRAME_BYTES]> {
+    pub(crate) fn usual(&self) -> Option<&[u8; USUAL_FRAME_BYTES]> {
         self.bytes.first_chunk().filter(|frame| usize::from(self.len) == frame.len())
     }
 
@@ -432,7 +446,7 @@ impl RawCommand {
         if length > limit {
             return Err(PayloadOverLimit { length, limit }.into());
         }
-        let PacketView { sender, sequence, payload } = PacketView::decode(self.frame.whole(long)?)?;
+        let PacketView { sender, sequence, payload } = self.frame.decode(long)?;
         if sender != expected {
             let RobotId { index, incarnation } = sender;
             return Err(CommandError::Sender { expected, index, incarnation });
