@@ -17,7 +17,7 @@ pub(crate) struct CheckArgs {
 
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let mut scenario = args.options.load().map_err(Failure::usage)?;
-    scenario.find_programs().map_err(Failure::usage)?;
+    scenario.find_controllers().map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
     log::begin(false, Format::Text);
     log::warn_of(&warnings(&scenario, arena.poses()));

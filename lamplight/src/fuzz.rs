@@ -121,7 +121,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
 /// The scenario that all runs vary: short, patient, without faults of its own.
 fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
     let mut base = args.options.load().map_err(Failure::usage)?;
-    base.refuse_programs(in_process::INSTEAD).map_err(Failure::usage)?;
+    base.refuse_programs(false, in_process::INSTEAD).map_err(Failure::usage)?;
     if base.seed.after(args.runs - 1).is_none() {
         return Err(Failure::Usage(anyhow!(
             "--runs {} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer runs or a lower --seed",

@@ -39,6 +39,7 @@ use rustix::{
 use tracing::Level;
 
 use self::programs::Programs;
+pub(crate) use self::programs::Whose;
 
 /// Most bytes of a log that are kept in a run's folder: 64 MiB, some 300,000 lines.
 const KEPT_BYTES_MAX: u64 = 64 << 20;
@@ -184,7 +185,7 @@ impl Gatherer {
         });
         thread::spawn(move || {
             // If standard error is gone, the file may still be there.
-            pipes.gather(last, |id, printed| drop(write(&told(id, printed))));
+            pipes.gather(last, |whose, printed| drop(write(&told(whose, printed))));
             drop(also_at_work);
         });
         Ok(Self { programs, writers: Some([ours, theirs]), readers })
@@ -196,9 +197,9 @@ impl Gatherer {
         ours.try_clone().map(Stdio::from)
     }
 
-    /// The same for a program of the user's, which plays a life of a robot.
-    pub(crate) fn standard_error_of_program(&self, id: RobotId) -> io::Result<Stdio> {
-        self.programs.add(id)
+    /// The same for a program of the user's.
+    pub(crate) fn standard_error_of_program(&self, whose: Whose) -> io::Result<PipeWriter> {
+        self.programs.add(whose)
     }
 }
 
@@ -233,14 +234,14 @@ fn gather(pipe: PipeReader) {
     }
 }
 
-/// Makes a line of the log of one that the program of `id` has printed.
-fn told(id: RobotId, printed: &[u8]) -> Vec<u8> {
+/// Makes a line of the log of one that a program has printed.
+fn told(whose: &Whose, printed: &[u8]) -> Vec<u8> {
     let as_it_is = || [printed, b"\n"].concat();
     match logging::format() {
         Format::Json if printed.starts_with(JSON_BEGINS.as_bytes()) => as_it_is(),
-        Format::Json => foreign(Some(id), printed).bytes().to_vec(),
+        Format::Json => foreign(whose.robot(), printed).bytes().to_vec(),
         Format::Text if LOGGED.iter().any(|begin| printed.starts_with(begin)) => as_it_is(),
-        Format::Text => [format!("{id}: ").as_bytes(), printed, b"\n"].concat(),
+        Format::Text => [format!("{whose}: ").as_bytes(), printed, b"\n"].concat(),
     }
 }
 
@@ -301,8 +302,9 @@ mod tests {
     #[test]
     fn printed_lines_name_their_robot_and_those_of_a_log_do_already() {
         let id = RobotId::first(3).reborn();
-        assert_eq!(told(id, b"hello"), b"robot 3 (life 2): hello\n");
-        assert_eq!(told(id, b" WARN robot 3 tick 5: look"), b" WARN robot 3 tick 5: look\n");
+        let whose = Whose::Robot(id);
+        assert_eq!(told(&whose, b"hello"), b"robot 3 (life 2): hello\n");
+        assert_eq!(told(&whose, b" WARN robot 3 tick 5: look"), b" WARN robot 3 tick 5: look\n");
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod limits;
 mod log;
 mod name;
 mod outcome;
+mod python;
 mod report;
 mod run;
 mod shrink;

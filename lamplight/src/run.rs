@@ -100,8 +100,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let mut scenario = args.options.load().map_err(Failure::usage)?;
     match args.engine {
-        Engine::InProcess => scenario.refuse_programs(in_process::INSTEAD),
-        Engine::Processes => scenario.find_programs(),
+        Engine::InProcess => scenario.refuse_programs(false, in_process::INSTEAD),
+        Engine::Processes => scenario.find_controllers(),
     }
     .map_err(Failure::usage)?;
     let poses = placement::start(&scenario).map_err(Failure::usage)?;

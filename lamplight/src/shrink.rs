@@ -73,7 +73,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
     let expression: Expression =
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
     let whole = args.options.load().map_err(Failure::usage)?;
-    whole.refuse_programs(in_process::INSTEAD).map_err(Failure::usage)?;
+    whole.refuse_programs(false, in_process::INSTEAD).map_err(Failure::usage)?;
     let poses = placement::start(&whole).map_err(Failure::usage)?;
     log::warn_of(&warnings(&whole, &poses));
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());

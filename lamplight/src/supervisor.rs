@@ -7,8 +7,8 @@
 //! meant, and only a child of ours is signalled. What children log comes through one pipe ([`Gatherer`]).
 
 use std::{
-    collections::VecDeque,
-    io::{self, BufRead, BufReader, Write},
+    collections::{BTreeMap, VecDeque},
+    io::{BufRead, BufReader, Write},
     path::{Path, PathBuf},
     process::{ChildStdin, ChildStdout, Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError, Sender},
@@ -27,7 +27,7 @@ use processes::{
 };
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use scenario::{ProgramSpec, RobotSet, Scenario};
+use scenario::{Controller, Mind, RobotSet, Scenario};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 use squad::moment::Moment;
 use transport::{
@@ -37,8 +37,9 @@ use transport::{
 
 use crate::{
     children::{self, Children, tell, tell_group},
-    log::Gatherer,
+    log::{Gatherer, Whose},
     outcome::Outcome,
+    python::{self, ForkServer, Word},
 };
 
 /// How long agents get to leave once the run is over; then they are killed.
@@ -58,6 +59,8 @@ enum SupervisorEvent {
     Arena(Event),
     /// The arena has closed its output: it reports nothing more.
     ArenaSilent,
+    /// Word of the fork server of a controller, by its place in the scenario.
+    ForkServer(usize, Word),
 }
 
 /// Where all that happens to a run comes together. Made before the run, so that no signal finds
@@ -125,6 +128,8 @@ struct Supervisor<'a> {
     /// The paper's robot.
     agent_program: PathBuf,
     scenario: &'a Scenario,
+    /// Interpreters that fork agents in Python, by the place of their controller in the scenario.
+    fork_servers: BTreeMap<usize, ForkServer>,
     /// Agents to be started as soon as nothing else is to be done.
     to_start: VecDeque<RobotId>,
     /// Robots that are ours to start at the beginning.
@@ -168,19 +173,21 @@ impl<'a> Supervisor<'a> {
         let mut arena = children::start(&mut command).context("cannot start arena-daemon")?;
         group.head = Some(Pid::from_child(&arena));
         drop(group);
-        forward_events(arena.stdout.take().expect("standard output is piped"), sender);
-        Ok(Self {
+        forward_events(arena.stdout.take().expect("standard output is piped"), sender.clone());
+        let robots: Vec<RobotId> = (0..scenario.robot_count())
+            .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
+            .map(RobotId::first)
+            .collect();
+        let mut supervisor = Self {
             run,
             log,
             children,
             next_trial,
             agent_program,
             scenario,
+            fork_servers: BTreeMap::new(),
             to_start: VecDeque::new(),
-            robots: (0..scenario.robot_count())
-                .filter(|&robot| by_hand.is_none_or(|by_hand| !by_hand.contains(robot)))
-                .map(RobotId::first)
-                .collect(),
+            robots,
             arena: Pid::from_child(&arena),
             orders: writer_of_orders(arena.stdin.take().expect("standard input is piped")),
             arena_ended: None,
@@ -188,7 +195,27 @@ impl<'a> Supervisor<'a> {
             has_result: false,
             summary: None,
             meter: None,
-        })
+        };
+        supervisor.start_fork_servers(&sender)?;
+        Ok(supervisor)
+    }
+
+    /// Starts what agents in Python are forked from: while the arena is laid out, it warms up.
+    fn start_fork_servers(&mut self, sender: &Sender<SupervisorEvent>) -> anyhow::Result<()> {
+        for (place, controller) in self.scenario.controllers.iter().enumerate() {
+            let Some(python) = controller.python() else { continue };
+            if !self.robots.iter().any(|id| controller.robots.contains(id.index)) {
+                continue;
+            }
+            python::adopt_orphans()?;
+            let log = self.log.standard_error_of_program(Whose::Controller(python.name()));
+            let log = log.context("cannot hand the log's pipe to a fork server")?;
+            let sender = sender.clone();
+            let tell = move |word| drop(sender.send(SupervisorEvent::ForkServer(place, word)));
+            let server = ForkServer::start(python, log, tell)?;
+            self.fork_servers.insert(place, server);
+        }
+        Ok(())
     }
 
     /// Handles events until the arena has ended and sent its last message.
@@ -203,6 +230,7 @@ impl<'a> Supervisor<'a> {
                 }
                 SupervisorEvent::Arena(event) => self.obey(event)?,
                 SupervisorEvent::ArenaSilent => silent = true,
+                SupervisorEvent::ForkServer(place, word) => self.hear_fork_server(place, word)?,
             }
         }
         let signal = self.stopping.map(|stopping| stopping.signal);
@@ -218,7 +246,7 @@ impl<'a> Supervisor<'a> {
     /// signals are heard in between; and an arena that was told to end is not waited for in vain.
     fn next(&mut self, events: &Receiver<SupervisorEvent>) -> anyhow::Result<SupervisorEvent> {
         loop {
-            if !self.to_start.is_empty() {
+            if self.next_to_start().is_some() {
                 if let Ok(event) = events.try_recv() {
                     return Ok(event);
                 }
@@ -250,9 +278,7 @@ impl<'a> Supervisor<'a> {
             }
             Event::Stop(id) => {
                 // Who is to be stopped must be there first.
-                while self.to_start.contains(&id) {
-                    self.spawn_next()?;
-                }
+                while self.to_start.contains(&id) && self.spawn_next()? {}
                 let mut group = self.children.lock();
                 group.paused.insert(id);
                 group.tell_agent(id, Signal::STOP);
@@ -282,59 +308,113 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    fn spawn_next(&mut self) -> anyhow::Result<()> {
-        let Some(id) = self.to_start.pop_front() else { return Ok(()) };
-        let log = match self.scenario.controller_of(id.index).program() {
-            Some(_) => self.log.standard_error_of_program(id),
-            None => self.log.standard_error(),
+    fn hear_fork_server(&mut self, place: usize, word: Word) -> anyhow::Result<()> {
+        let Some(server) = self.fork_servers.get_mut(&place) else { return Ok(()) };
+        server.hear(word).map_err(|(message, hint)| {
+            let controller = &self.scenario.controllers[place];
+            anyhow!(controller.error(format!("of robots {}: {message}", controller.robots), &hint))
+        })
+    }
+
+    /// The place in the queue of the first agent that can be started now: some wait for their fork server.
+    fn next_to_start(&self) -> Option<usize> {
+        let can_start = |id: &RobotId| {
+            self.fork_server_of(*id).is_none_or(|server| server.is_ready() || self.stopping.is_some())
         };
-        let log = log.context("cannot hand the log's pipe to an agent")?;
+        self.to_start.iter().position(can_start)
+    }
+
+    fn fork_server_of(&self, id: RobotId) -> Option<&ForkServer> {
+        let mut controllers = self.scenario.controllers.iter();
+        let place = controllers.position(|controller| controller.robots.contains(id.index))?;
+        self.fork_servers.get(&place)
+    }
+
+    /// Starts the next agent. Returns whether there was one that could be.
+    fn spawn_next(&mut self) -> anyhow::Result<bool> {
+        let Some(id) = self.next_to_start().and_then(|place| self.to_start.remove(place)) else {
+            return Ok(false);
+        };
+        let words: Vec<String> = [
+            "--run".into(),
+            self.run.name().to_string(),
+            "--robot".into(),
+            id.index.to_string(),
+            "--incarnation".into(),
+            id.incarnation.to_string(),
+            "--quiet".into(),
+        ]
+        .into();
         let mut group = self.children.lock();
-        let mut command = self.agent_of(id);
+        let started = match self.scenario.controller_of(id.index).python() {
+            Some(_) => self.fork_agent(id, &words),
+            None => self.start_program(id, &words),
+        };
+        match started {
+            Ok(pid) => drop(group.agents.insert(pid, id)),
+            // It could be before: the run has begun, and the arena knows what is to be done about a life lost.
+            Err(error) if id.incarnation > 0 => {
+                self.order(Order::Lost { id, pid: None, how: format!("{error:#}") });
+            }
+            Err(error) => return Err(self.cannot_start(id, error)),
+        }
+        Ok(true)
+    }
+
+    /// Has an agent in Python forked.
+    fn fork_agent(&self, id: RobotId, words: &[String]) -> anyhow::Result<Pid> {
+        let server = self.fork_server_of(id).context("its fork server has ended")?;
+        let log = self.log.standard_error_of_program(Whose::Robot(id));
+        server.fork(words, log.context("cannot hand the log's pipe to an agent")?)
+    }
+
+    /// Starts the program of a robot.
+    fn start_program(&self, id: RobotId, words: &[String]) -> anyhow::Result<Pid> {
+        let mind = &self.scenario.controller_of(id.index).mind;
+        let log: Stdio = match mind {
+            Mind::Law(_) => self.log.standard_error(),
+            Mind::Program(_) | Mind::Python(_) => {
+                self.log.standard_error_of_program(Whose::Robot(id)).map(Stdio::from)
+            }
+        }
+        .context("cannot hand the log's pipe to an agent")?;
+        let mut command = match mind {
+            Mind::Program(program) => {
+                let (first, rest) = program.command.split_first().expect("reading has refused an empty one");
+                let mut command = Command::new(first);
+                command.args(rest);
+                command
+            }
+            Mind::Law(_) | Mind::Python(_) => Command::new(&self.agent_program),
+        };
         command
             .env(FORMAT_VARIABLE, logging::format().to_string())
-            .args(["--run", &self.run.name().to_string()])
-            .args(["--robot", &id.index.to_string()])
-            .args(["--incarnation", &id.incarnation.to_string(), "--quiet"])
+            .args(words)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
-        match children::start(&mut command) {
-            Ok(child) => drop(group.agents.insert(Pid::from_child(&child), id)),
-            // It could be before: the run has begun, and the arena knows what is to be done about a life lost.
-            Err(error) if id.incarnation > 0 => {
-                self.order(Order::Lost { id, pid: None, how: error.to_string() });
-            }
-            Err(error) => return Err(self.cannot_start(id, &command, error)),
-        }
-        Ok(())
+        Ok(Pid::from_child(&children::start(&mut command)?))
     }
 
-    /// The program of a robot, with the arguments that are its own.
-    fn agent_of(&self, id: RobotId) -> Command {
-        match self.scenario.controller_of(id.index).program() {
-            Some(ProgramSpec { command, .. }) => {
-                let mut words = command.iter();
-                let mut command = Command::new(words.next().expect("reading has refused an empty command"));
-                command.args(words);
-                command
+    fn cannot_start(&self, id: RobotId, error: anyhow::Error) -> anyhow::Error {
+        let controller = self.scenario.controller_of(id.index);
+        let Controller { robots, mind, .. } = controller;
+        match mind {
+            Mind::Law(_) => {
+                let program = self.agent_program.display();
+                error.context(format!("cannot start the agent of {id}, {program}"))
             }
-            None => Command::new(&self.agent_program),
-        }
-    }
-
-    fn cannot_start(&self, id: RobotId, command: &Command, error: io::Error) -> anyhow::Error {
-        let (controller, program) =
-            (self.scenario.controller_of(id.index), command.get_program().display().to_string());
-        match controller.program() {
-            None => anyhow!(error).context(format!("cannot start the agent of {id}, {program}")),
-            Some(_) => {
-                let robots = &controller.robots;
-                let message = format!("the program {program} of robots {robots} cannot be started: {error}");
+            Mind::Program(program) => {
+                let message =
+                    format!("the program {} of robots {robots} cannot be started: {error:#}", program.command[0]);
                 anyhow!(controller.error(
                     message,
                     "name one that this machine can run; a script needs a first line such as `#!/usr/bin/env python3`"
                 ))
+            }
+            Mind::Python(python) => {
+                let message = format!("the agent of {id}, {}, cannot be started: {error:#}", python.name());
+                anyhow!(controller.error(message, "what it has printed is above"))
             }
         }
     }
@@ -392,6 +472,9 @@ impl<'a> Supervisor<'a> {
                 tell_group(pid, Signal::KILL);
                 group.paused.remove(&id);
                 self.order(Order::Lost { id, pid: Some(pid.as_raw_pid().unsigned_abs()), how });
+            } else {
+                // A fork server, or somebody's child that has lost its parent.
+                self.fork_servers.retain(|_, server| server.pid() != pid);
             }
         }
     }
@@ -406,12 +489,19 @@ impl<'a> Supervisor<'a> {
         self.kill_arena();
         self.reap();
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
-        while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() {
+        while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() || !self.fork_servers.is_empty() {
+            if self.children.lock().agents.is_empty() {
+                // Nobody is to be forked any more.
+                self.fork_servers.values().for_each(ForkServer::dismiss);
+            }
             let left = |deadline: Moment| deadline.since(Moment::now());
             let impatient = match events.recv_timeout(deadline.map_or(REAP_POLL, left)) {
                 Ok(SupervisorEvent::Signal(signal)) => signal != SIGCHLD,
                 Ok(
-                    SupervisorEvent::Arena(_) | SupervisorEvent::ArenaSilent | SupervisorEvent::StoodStill(_),
+                    SupervisorEvent::Arena(_)
+                    | SupervisorEvent::ArenaSilent
+                    | SupervisorEvent::StoodStill(_)
+                    | SupervisorEvent::ForkServer(..),
                 ) => false,
                 Err(RecvTimeoutError::Timeout) => deadline.is_none_or(|deadline| left(deadline).is_zero()),
                 // The threads that watch have ended; children still do.
@@ -422,6 +512,7 @@ impl<'a> Supervisor<'a> {
             };
             if impatient && deadline.take().is_some() {
                 self.children.lock().agents.keys().for_each(|pid| tell_group(*pid, Signal::KILL));
+                self.fork_servers.values().for_each(|server| tell_group(server.pid(), Signal::KILL));
             }
             self.reap();
         }

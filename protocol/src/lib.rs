@@ -16,6 +16,8 @@ pub mod command;
 pub mod controller;
 mod delivery;
 pub mod frame;
+#[cfg(feature = "std")]
+pub mod giving_up;
 pub mod granted;
 pub mod notes;
 pub mod odometry;

@@ -65,6 +65,8 @@ pub struct AgentSetup {
     pub clock: ClockSetup,
     /// Parameters of the controller, in its own form: nobody else reads them.
     pub params: Params,
+    /// Most private memory that its process may have, bytes; `None` for as much as there is.
+    pub memory_max_bytes: Option<u64>,
     /// The arena's namespace of process numbers, if it is known (`transport::pid_namespace`).
     pub pid_namespace: Option<u64>,
 }

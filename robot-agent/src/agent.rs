@@ -45,6 +45,8 @@ pub(crate) struct Agent<C, N> {
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
     waits: bool,
+    /// What messages call the controller.
+    program: Box<str>,
     /// The number of this process where the arena is; 0 if it has none there.
     pid: u32,
 }
@@ -52,6 +54,7 @@ pub(crate) struct Agent<C, N> {
 impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     pub(crate) fn new(
         id: RobotId,
+        program: &str,
         setup: &AgentSetup,
         params: Params,
         ports: AgentPorts,
@@ -70,6 +73,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
             percept,
             waits: false,
             pid: our_pid_in(setup.pid_namespace),
+            program: program.into(),
         })
     }
 
@@ -77,7 +81,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let answer = self.transmitter.answer(self.controller.boot());
         self.notes =
-            Notes::of(&self.controller).map_err(|reason| Refusal::new(self.id, "cannot begin", reason))?;
+            Notes::of(&self.controller).map_err(|reason| Refusal::new(self.id, &self.program, "cannot begin", reason))?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }

@@ -25,8 +25,12 @@ mod stopwatch;
 mod timer;
 
 use std::{
-    env, fmt,
+    any::Any,
+    env,
+    ffi::OsString,
+    fmt,
     io::{self, IsTerminal},
+    panic::{self, AssertUnwindSafe},
     process::{self, ExitCode},
     thread,
     time::Duration,
@@ -37,9 +41,11 @@ use clap::Parser;
 use logging::Settings;
 use protocol::{
     controller::Controller,
+    giving_up::GaveUp,
     robot_id::RobotId,
     setup::{AgentSetup, Mode},
 };
+use rustix::process::{Resource, Rlimit, Signal, set_parent_process_death_signal, setrlimit};
 use tracing::level_filters::LevelFilter;
 use transport::{
     doorbell::Doorbell,
@@ -83,12 +89,27 @@ struct Cli {
 
 /// Runs the agent of one robot: reads the command line, joins the run it names, and answers with a controller that
 /// `new` makes of the robot's id and its parameters, anew for each trial. Returns when the run ends; at once, with the
-/// words of `new`, if that refuses them.
+/// words of `new`, if that refuses them. A controller that [gives up](protocol::giving_up) ends the process with its words.
 pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Result<C, E>) -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let program = env::current_exe().unwrap_or_default().display().to_string();
+    run(env::args_os(), &program, new)
+}
+
+/// Does what [`main`] does, with the `words` of another command line, of which the first is passed over: for a process
+/// that is more than an agent, such as an interpreter. `program` is what messages call the controller.
+pub fn run<C: Controller, E: fmt::Display>(
+    words: impl IntoIterator<Item = OsString>,
+    program: &str,
+    new: impl Fn(RobotId, &Params) -> Result<C, E>,
+) -> ExitCode {
+    let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
+    if cli.quiet {
+        // Whoever has started it is gone then, and it might hang. That there was nobody already, it finds out itself.
+        let _ = set_parent_process_death_signal(Some(Signal::KILL));
+    }
     logging::begin(Settings {
         format: logging::Format::from_env().unwrap_or_default(),
         level: LevelFilter::WARN,
@@ -99,7 +120,10 @@ pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Re
         complains: !cli.quiet,
     });
     logging::in_run(&cli.run);
-    let outcome = drive(&cli, new);
+    let outcome = match panic::catch_unwind(AssertUnwindSafe(|| drive(&cli, program, new))) {
+        Ok(outcome) => outcome,
+        Err(panicked) => Err(gave_up(panicked)),
+    };
     let over = is_over(&cli.run);
     if over && !cli.quiet {
         // Services that were joined while the run was taken down would stay. Whoever started this
@@ -107,7 +131,8 @@ pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Re
         let _ = RunDir::of(cli.run.clone()).remove_if_dead();
     }
     let Err(error) = outcome else { return ExitCode::SUCCESS };
-    let message = match (error.is::<Abandoned>() || error.is::<RunDirError>(), over) {
+    let is_telling = error.is::<Abandoned>() || error.is::<RunDirError>() || error.is::<ControllerError>();
+    let message = match (is_telling, over) {
         (false, true) => format!("run `{}` has ended", cli.run),
         _ => format!("{error:#}"),
     };
@@ -117,6 +142,19 @@ pub fn main<C: Controller, E: fmt::Display>(new: impl Fn(RobotId, &Params) -> Re
         logging::fatal(env!("CARGO_CRATE_NAME"), &message);
     }
     ExitCode::FAILURE
+}
+
+/// Its controller could not go on.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct ControllerError(String);
+
+/// The error of a controller that has given up; any other panic goes on.
+fn gave_up(panicked: Box<dyn Any + Send>) -> anyhow::Error {
+    match panicked.downcast::<GaveUp>() {
+        Ok(words) => ControllerError(words.0).into(),
+        Err(panicked) => panic::resume_unwind(panicked),
+    }
 }
 
 /// Says why the command line is refused, or what was asked for. In one write: a swarm's agents share one pipe, and
@@ -154,10 +192,11 @@ struct Joined<C, N> {
 
 fn drive<C: Controller, E: fmt::Display>(
     cli: &Cli,
+    program: &str,
     new: impl Fn(RobotId, &Params) -> Result<C, E>,
 ) -> anyhow::Result<()> {
-    let mut joined = join(cli, |id, params: &Params| {
-        new(id, params).map_err(|reason| Refusal::new(id, "refuses its params", reason).into())
+    let mut joined = join(cli, program, |id, params: &Params| {
+        new(id, params).map_err(|reason| Refusal::new(id, program, "refuses its params", reason).into())
     })?;
     footprint::trim();
     let Joined { setup, run, arena, bell, agent } = &mut *joined;
@@ -174,6 +213,7 @@ fn drive<C: Controller, E: fmt::Display>(
 #[inline(never)]
 fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     cli: &Cli,
+    program: &str,
     new: N,
 ) -> anyhow::Result<Box<Joined<C, N>>> {
     let id = RobotId { index: cli.robot, incarnation: cli.incarnation };
@@ -181,16 +221,20 @@ fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
     wait_until_ready(&run, &arena)?;
     // First, because it knows versions: nothing else of another one need make sense.
     let bell = Doorbell::open(&run.doorbell_path())
-        .map_err(|reason| Refusal::new(id, "cannot join the run", reason))?;
+        .map_err(|reason| Refusal::new(id, program, "cannot join the run", reason))?;
     if !cli.quiet {
         check_place(&run, id)?;
     }
     let setup = agent::setup_of(&run, id)?;
+    if let Some(bytes) = setup.memory_max_bytes {
+        let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
+        setrlimit(Resource::Data, limit).context("cannot set the limit of its memory")?;
+    }
     let params = setup.params.clone();
     let ports = Session::enter(&run)?
         .join(id, setup.plane, setup.payload_bytes_max.into())
         .map_err(|error| explained(error, &run))?;
-    let agent = Agent::new(id, &setup, params, ports, new)?;
+    let agent = Agent::new(id, program, &setup, params, ports, new)?;
     Ok(Box::new(Joined { setup, run, arena, bell, agent }))
 }
 

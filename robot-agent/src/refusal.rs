@@ -7,7 +7,7 @@ use protocol::robot_id::RobotId;
 #[error("{id}: {program} {what}: {reason}")]
 pub(crate) struct Refusal {
     pub(crate) id: RobotId,
-    /// Path of the program.
+    /// Path of the program, or what else its controller is called.
     pub(crate) program: String,
     /// The verb of the sentence, such as `refuses its params`.
     pub(crate) what: &'static str,
@@ -17,8 +17,7 @@ pub(crate) struct Refusal {
 
 impl Refusal {
     /// Of this program for robot `id`.
-    pub(crate) fn new(id: RobotId, what: &'static str, reason: impl ToString) -> Self {
-        let program = std::env::current_exe().unwrap_or_default().display().to_string();
-        Self { id, program, what, reason: reason.to_string() }
+    pub(crate) fn new(id: RobotId, program: &str, what: &'static str, reason: impl ToString) -> Self {
+        Self { id, program: program.into(), what, reason: reason.to_string() }
     }
 }

@@ -359,8 +359,8 @@ impl Roster {
                 format!("the agent of {}, {program}, ended before it joined{how}", member.id)
             }
             (_, exit) => {
-                let theirs = self.controllers[self.controller_of(index)].program();
-                let program = theirs.map(|_| format!("its program is {program}"));
+                let is_ours = self.controllers[self.controller_of(index)].law().is_some();
+                let program = (!is_ours).then(|| format!("its program is {program}"));
                 let how: Vec<_> = exit.map(|lost| lost.how.clone()).into_iter().chain(program).collect();
                 let how = if how.is_empty() { String::new() } else { format!(" ({})", how.join("; ")) };
                 format!("{} died before it answered tick {tick}{how}", member.named())
@@ -684,9 +684,8 @@ impl HostConfig {
 /// The program that thinks for a robot, with its first arguments, as a shell takes them.
 fn program_of(controllers: &[Controller], id: RobotId) -> String {
     let mut theirs = controllers.iter().filter(|controller| controller.robots.contains(id.index));
-    let Some(program) = theirs.find_map(Controller::program) else { return "robot-agent".into() };
-    let words = program.command.iter().map(String::as_str);
-    shlex::try_join(words).unwrap_or_else(|_| program.command.join(" "))
+    let words = theirs.next().map_or(Vec::new(), Controller::agent_words);
+    shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
 
 /// The robots that are driven by hand, and whether they wait to be.

@@ -4,11 +4,12 @@
 use protocol::{
     command::Answer,
     controller::{Controller, Hosted},
+    giving_up::{contained, give_up},
     notes::Notes,
     percept::{Percept, Tick},
     robot_id::RobotId,
 };
-use scenario::{OnHang, ProcessAction, ProcessFault, Scenario};
+use scenario::{OnHang, ProcessAction, ProcessFault, RobotSet, Scenario};
 use squad::{
     Answers, Incident, Participation, RobotStatus, STILLBORN_MAX, Squad, SquadError, WaitingSink,
     stop::StopFlag,
@@ -23,6 +24,10 @@ pub struct InProcess<C, N> {
     payload_bytes_max: usize,
     /// The policy for a robot whose next life cannot begin.
     on_hang: OnHang,
+    /// Robots by their controllers.
+    controllers: Vec<RobotSet>,
+    /// The tick of the percepts that were sent last.
+    tick: Tick,
     incidents: Vec<Incident>,
 }
 
@@ -38,6 +43,8 @@ struct Life<C> {
     paused: bool,
     /// Its answer to the percept that was sent last.
     answer: Option<Answer>,
+    /// The words with which its controller has just ended.
+    ended: Option<String>,
     /// Commands that were refused, in all its lives.
     refused: u64,
     /// Its notes for those who watch.
@@ -61,22 +68,77 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             new,
             payload_bytes_max: scenario.channel.payload_bytes_max.get().into(),
             on_hang: scenario.processes.on_hang,
+            controllers: scenario.controllers.iter().map(|controller| controller.robots.clone()).collect(),
+            tick: 0,
             incidents: Vec::new(),
         })
+    }
+
+    /// Does about the robot at `place`, whose controller has ended as `what` says, what the scenario says.
+    fn apply_hang_policy(&mut self, place: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+        let (id, refused) = (self.robots[place].id, self.robots[place].refused);
+        let consequence = match self.on_hang {
+            OnHang::Fail => return Err(SquadError(what)),
+            OnHang::Exclude => "it is left out from here on",
+            OnHang::Restart => "it is restarted",
+        };
+        let what = format!("{what}; {consequence}");
+        tracing::warn!("{what}");
+        self.incidents.push(Incident { robot: id.index, tick, what });
+        match self.on_hang {
+            OnHang::Restart => self.begin_anew(place, tick),
+            OnHang::Exclude | OnHang::Fail => {
+                self.robots[place] = Life { is_out: true, ..Life::new(id, None, refused) };
+                Ok(())
+            }
+        }
+    }
+
+    fn take_answers(&mut self, answers: &mut Answers) {
+        for life in &mut self.robots {
+            answers[life.index()] = life.answer.take();
+        }
+    }
+
+    /// Deals with those whose controllers have ended since the last call, in the order of robots.
+    fn deal_with_ended(
+        &mut self,
+        answers: &mut Answers,
+        what: impl Fn(RobotId, &str) -> String,
+    ) -> Result<(), SquadError> {
+        for place in 0..self.robots.len() {
+            let life = &mut self.robots[place];
+            let Some(why) = life.ended.take() else { continue };
+            let what = what(life.id, &why);
+            self.apply_hang_policy(place, self.tick, what)?;
+            let life = &mut self.robots[place];
+            answers[life.index()] = life.answer.take();
+        }
+        self.require_somebody()
+    }
+
+    fn require_somebody(&self) -> Result<(), SquadError> {
+        match self.robots.iter().all(|life| life.is_out) && !self.robots.is_empty() {
+            true => Err(SquadError("no robot is left".into())),
+            false => Ok(()),
+        }
     }
 
     /// Begins a new life of the robot at `place`. If its controller refuses, that is what a process is that does not
     /// join: the scenario says what is done.
     fn begin_anew(&mut self, place: usize, tick: Tick) -> Result<(), SquadError> {
-        let Self { robots, new, payload_bytes_max, on_hang, incidents } = self;
+        let Self { robots, new, payload_bytes_max, on_hang, incidents, .. } = self;
         let attempts = if *on_hang == OnHang::Restart { STILLBORN_MAX } else { 1 };
         let robot = &mut robots[place];
         for left in (0..attempts).rev() {
             let (id, refused) = (robot.id.reborn(), robot.refused);
             let begun = new(id).and_then(|controller| {
                 let mut life = Life::new(id, Some(controller), refused);
-                life.boot(*payload_bytes_max)?;
-                Ok(life)
+                life.boot(*payload_bytes_max);
+                match life.ended.take() {
+                    None => Ok(life),
+                    Some(why) => Err(SquadError(why)),
+                }
             });
             let why = match begun {
                 Ok(life) => {
@@ -99,12 +161,29 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
 impl<C: Controller> Life<C> {
     fn new(id: RobotId, controller: Option<C>, refused: u64) -> Self {
         let controller = controller.map(|controller| Hosted::new(id, controller));
-        Self { id, controller, is_out: false, paused: false, answer: None, refused, notes: Notes::default() }
+        Self {
+            id,
+            controller,
+            is_out: false,
+            paused: false,
+            answer: None,
+            ended: None,
+            refused,
+            notes: Notes::default(),
+        }
     }
 
-    /// Has it do something, and answer.
-    fn act(&mut self, limit: usize, act: impl FnOnce(&mut Hosted<C>) -> Answer) {
-        self.answer = self.controller.as_mut().filter(|_| !self.paused).map(act);
+    /// Has it do something, and answer. One that panics or gives up has ended, and nobody else has.
+    fn act(&mut self, limit: usize, act: impl FnOnce(&mut Hosted<C>, &mut Notes) -> Answer) {
+        let Self { controller, notes, .. } = self;
+        let acted = controller.as_mut().filter(|_| !self.paused).map(|it| contained(|| act(it, notes)));
+        self.answer = match acted.transpose() {
+            Ok(answer) => answer,
+            Err(why) => {
+                (self.controller, self.ended) = (None, Some(why));
+                None
+            }
+        };
         let refusal = self.answer.as_ref().and_then(|answer| answer.command.check(limit).err());
         if let Some(why) = refusal {
             self.answer = None;
@@ -115,20 +194,20 @@ impl<C: Controller> Life<C> {
         }
     }
 
-    fn boot(&mut self, limit: usize) -> Result<(), SquadError> {
-        self.act(limit, Hosted::boot);
-        if let Some(hosted) = &self.controller {
-            self.notes =
-                Notes::of(&hosted.controller).map_err(|error| SquadError(format!("{}: {error}", self.id)))?;
-        }
-        Ok(())
+    fn boot(&mut self, limit: usize) {
+        self.act(limit, |hosted, notes| {
+            let answer = hosted.boot();
+            *notes = Notes::of(&hosted.controller).unwrap_or_else(|error| give_up(error.to_string()));
+            answer
+        });
     }
 
     fn step(&mut self, percept: &Percept, limit: usize) {
-        self.act(limit, |hosted| hosted.step(percept, &mut ()));
-        if let Some(hosted) = &self.controller {
-            self.notes.update(&hosted.controller);
-        }
+        self.act(limit, |hosted, notes| {
+            let answer = hosted.step(percept, &mut ());
+            notes.update(&hosted.controller);
+            answer
+        });
     }
 
     fn index(&self) -> usize {
@@ -141,10 +220,19 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
         &mut self,
         answers: &mut Answers,
         _: &StopFlag,
-        waiting: &mut WaitingSink<'_>,
+        _: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        self.robots.iter_mut().try_for_each(|life| life.boot(self.payload_bytes_max))?;
-        self.collect(answers, waiting)
+        self.robots.iter_mut().for_each(|life| life.boot(self.payload_bytes_max));
+        self.take_answers(answers);
+        self.deal_with_ended(answers, |id, why| format!("the controller of {id} ended before it joined: {why}"))?;
+        let has_nobody = |robots: &&RobotSet| {
+            let mut lives = self.robots.iter().filter(|life| robots.contains(life.id.index)).peekable();
+            lives.peek().is_some() && lives.all(|life| life.is_out)
+        };
+        match self.controllers.iter().find(has_nobody) {
+            None => Ok(()),
+            Some(robots) => Err(SquadError(format!("of robots {robots} none has joined"))),
+        }
     }
 
     fn apply_process_faults(
@@ -168,10 +256,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
                 }
             }
         }
-        match self.robots.iter().all(|life| life.is_out) && !self.robots.is_empty() {
-            true => Err(SquadError("no robot is left".into())),
-            false => Ok(()),
-        }
+        self.require_somebody()
     }
 
     fn left_out(&self) -> Vec<u32> {
@@ -183,6 +268,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
     }
 
     fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
+        self.tick = percepts.first().map_or(0, |percept| percept.tick);
         for life in &mut self.robots {
             life.step(&percepts[life.index()], self.payload_bytes_max);
         }
@@ -190,10 +276,9 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
     }
 
     fn collect(&mut self, answers: &mut Answers, _: &mut WaitingSink<'_>) -> Result<(), SquadError> {
-        for life in &mut self.robots {
-            answers[life.index()] = life.answer.take();
-        }
-        Ok(())
+        self.take_answers(answers);
+        let tick = self.tick;
+        self.deal_with_ended(answers, |id, why| format!("{id} died before it answered tick {tick} ({why})"))
     }
 
     fn notes(&self, robot: u32) -> Option<&Notes> {

@@ -27,13 +27,13 @@ impl Observer for ConvergenceWarning {
     }
 }
 
-/// The robots that answer without an estimated error, and that a program thinks for.
+/// The robots that answer without an estimated error, and that a controller of the user's thinks for.
 fn without_error(tick: &TickView<'_>) -> Option<RobotSet> {
     let answers = (0..).zip(tick.answers());
     let without = answers
         .filter(|(_, answer)| answer.as_ref().is_some_and(|answer| answer.command.estimated_error.is_none()));
-    let is_programs = |robot: &u32| tick.scenario().controller_of(*robot).program().is_some();
-    RobotSet::of(without.map(|(robot, _)| robot).filter(is_programs))
+    let is_users = |robot: &u32| tick.scenario().controller_of(*robot).law().is_none();
+    RobotSet::of(without.map(|(robot, _)| robot).filter(is_users))
 }
 
 #[cfg(test)]

@@ -7,10 +7,15 @@ use std::{env, fs};
 
 use coverage::law::Law;
 use coverage::setup::GradientMode;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::error::{Origin, Place, ScenarioError};
 use super::number::Positive;
 use super::robot_set::RobotSet;
+
+const FIT_FOR_JSON: &str = "reading has refused what JSON has not";
 
 /// Some robots and the mind of each.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +35,8 @@ pub enum Mind {
     Law(LawSpec),
     /// A program of its own.
     Program(ProgramSpec),
+    /// A class in Python.
+    Python(PythonSpec),
 }
 
 /// A control law of the paper with its parameters.
@@ -58,10 +65,47 @@ pub struct LawSpec {
 pub struct ProgramSpec {
     /// The program and its first arguments: an absolute path, or a bare name that is looked for in PATH.
     pub command: Vec<String>,
+    /// Language in which it gets percepts and gives commands.
+    pub speaks: Speaks,
     /// Parameters that only it understands.
     pub params: toml::Table,
     /// As many neighbor cycles as the laws of the paper would remember a neighbor: for those who watch.
     pub neighbor_timeout_cycles: NonZeroU32,
+}
+
+/// Language in which a program gets percepts and gives commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Speaks {
+    /// Shared memory: the program is built on the library `robot-agent`.
+    #[default]
+    SharedMemory,
+    /// A line of JSON for each percept on its standard input, and one for each command on its standard output.
+    JsonLines,
+}
+
+/// A class in Python that thinks for a robot, in a process of its own each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PythonSpec {
+    /// Absolute path of the file.
+    pub file: String,
+    /// The class in it; without one, the file's only controller.
+    pub class: Option<String>,
+    /// SHA-256 of the file, in hex, as [`find_controllers`](super::Scenario::find_controllers) has found it, or as it must be.
+    pub sha256: Option<String>,
+    /// Parameters that only it understands.
+    pub params: toml::Table,
+    /// For how many neighbor cycles its percepts tell of a neighbor that is not heard.
+    pub neighbor_timeout_cycles: NonZeroU32,
+}
+
+/// All that a controller in Python is told before its first tick, as JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PythonSetup {
+    /// Parameters from the scenario.
+    pub params: serde_json::Map<String, serde_json::Value>,
+    /// A neighbor counts while it was heard less than so many ticks ago.
+    pub neighbor_timeout_ticks: u32,
 }
 
 /// Where a robot's gradient of φ comes from.
@@ -90,7 +134,7 @@ impl Controller {
     pub fn law(&self) -> Option<&LawSpec> {
         match &self.mind {
             Mind::Law(law) => Some(law),
-            Mind::Program(_) => None,
+            Mind::Program(_) | Mind::Python(_) => None,
         }
     }
 
@@ -98,16 +142,52 @@ impl Controller {
     pub fn law_mut(&mut self) -> Option<&mut LawSpec> {
         match &mut self.mind {
             Mind::Law(law) => Some(law),
-            Mind::Program(_) => None,
+            Mind::Program(_) | Mind::Python(_) => None,
         }
     }
 
-    /// The program that thinks for its robots, if one does.
+    /// The program of the user's that thinks for its robots, if one does.
     pub fn program(&self) -> Option<&ProgramSpec> {
         match &self.mind {
-            Mind::Law(_) => None,
             Mind::Program(program) => Some(program),
+            Mind::Law(_) | Mind::Python(_) => None,
         }
+    }
+
+    /// The class in Python that thinks for its robots, if one does.
+    pub fn python(&self) -> Option<&PythonSpec> {
+        match &self.mind {
+            Mind::Python(python) => Some(python),
+            Mind::Law(_) | Mind::Program(_) => None,
+        }
+    }
+
+    /// The name of what thinks for its robots, if that is the user's own.
+    pub fn own_name(&self) -> Option<String> {
+        match &self.mind {
+            Mind::Law(_) => None,
+            Mind::Program(program) => Some(program.command[0].clone()),
+            Mind::Python(python) => Some(python.name()),
+        }
+    }
+
+    /// The words that start an agent of its robots from a shell.
+    pub fn agent_words(&self) -> Vec<String> {
+        match &self.mind {
+            Mind::Law(_) => vec!["robot-agent".into()],
+            Mind::Program(ProgramSpec { command, speaks: Speaks::SharedMemory, .. }) => command.clone(),
+            Mind::Program(ProgramSpec { command, speaks: Speaks::JsonLines, .. }) => {
+                ["json-lines-agent".into()].into_iter().chain(command.iter().cloned()).collect()
+            }
+            Mind::Python(python) => {
+                ["python3", "-m", "lamplight.agent"].map(Into::into).into_iter().chain([python.name()]).collect()
+            }
+        }
+    }
+
+    /// Returns the same without `robots`; `None` if it has no others.
+    pub fn without(self, robots: &RobotSet) -> Option<Self> {
+        Some(Self { robots: RobotSet::of(self.robots.iter().filter(|&it| !robots.contains(it)))?, ..self })
     }
 
     /// Returns the same for those of its robots that are among the first `count`; `None` if none is.
@@ -130,6 +210,7 @@ impl Controller {
         match &self.mind {
             Mind::Law(law) => law.neighbor_timeout_cycles,
             Mind::Program(program) => program.neighbor_timeout_cycles,
+            Mind::Python(python) => python.neighbor_timeout_cycles,
         }
     }
 
@@ -139,8 +220,35 @@ impl Controller {
         ScenarioError { place, message, hint: Some(hint.into()) }
     }
 
-    /// Makes sure that its program can be started, and knows its path.
-    pub(super) fn find_program(&mut self) -> Result<(), ScenarioError> {
+    /// Makes sure that its program or file is there, and knows the path of the one and the contents of the other.
+    pub(super) fn find(&mut self) -> Result<(), ScenarioError> {
+        match &self.mind {
+            Mind::Law(_) => Ok(()),
+            Mind::Program(_) => self.find_program(),
+            Mind::Python(_) => self.find_python(),
+        }
+    }
+
+    fn find_python(&mut self) -> Result<(), ScenarioError> {
+        let Mind::Python(python) = &self.mind else { return Ok(()) };
+        let (file, robots) = (&python.file, &self.robots);
+        let contents = fs::read(file).map_err(|error| {
+            let message = format!("the controller {file} of robots {robots} cannot be read: {error}");
+            self.error(message, "correct its path, which is relative to the scenario file")
+        })?;
+        let found: String = Sha256::digest(&contents).iter().map(|byte| format!("{byte:02x}")).collect();
+        if let Some(expected) = python.sha256.as_ref().filter(|expected| !expected.eq_ignore_ascii_case(&found)) {
+            let message =
+                format!("the controller {file} of robots {robots} is another one: its SHA-256 is {found}, not {expected}");
+            return Err(self.error(message, "put back the file that it was, or remove `sha256` to run this one"));
+        }
+        if let Mind::Python(python) = &mut self.mind {
+            python.sha256 = Some(found);
+        }
+        Ok(())
+    }
+
+    fn find_program(&mut self) -> Result<(), ScenarioError> {
         let Mind::Program(program) = &mut self.mind else { return Ok(()) };
         let name = program.command[0].clone();
         if name.contains('/') {
@@ -175,10 +283,25 @@ impl Controller {
     }
 }
 
+impl PythonSpec {
+    /// File and class as a scenario spells them.
+    pub fn name(&self) -> String {
+        let Self { file, class, .. } = self;
+        class.as_ref().map_or_else(|| file.clone(), |class| format!("{file}:{class}"))
+    }
+
+    /// All that it is told, where robots remember a neighbor for so many ticks.
+    pub fn setup(&self, neighbor_timeout_ticks: u32) -> PythonSetup {
+        let params = serde_json::to_value(&self.params).expect(FIT_FOR_JSON);
+        let serde_json::Value::Object(params) = params else { unreachable!("a table is an object") };
+        PythonSetup { params, neighbor_timeout_ticks }
+    }
+}
+
 impl ProgramSpec {
     /// Its parameters as JSON.
     pub fn json(&self) -> Vec<u8> {
-        serde_json::to_vec(&self.params).expect("reading has refused what JSON has not")
+        serde_json::to_vec(&self.params).expect(FIT_FOR_JSON)
     }
 }
 

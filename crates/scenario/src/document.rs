@@ -4,12 +4,12 @@
 //! value need not know whether the file or the command line gave it; its span does.
 
 use std::borrow::Cow;
-use std::iter;
 use std::ops::Range;
+use std::{iter, mem};
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
+use toml::de::{DeArray, DeTable, DeValue, Error, ValueDeserializer};
 
 use super::error::{Place, ScenarioError};
 use super::overrides::Override;
@@ -78,6 +78,11 @@ impl<'a> Document<'a> {
         let node = path.split('.').try_fold(&self.root, child);
         let table = node.and_then(|node| node.get_ref().as_table()).into_iter().flatten();
         table.map(|(key, _)| key.get_ref().to_string()).collect()
+    }
+
+    /// How many entries of [`MAY_BE_ARRAY`] the command line has added, behind those of the file.
+    pub(super) fn appended(&self) -> usize {
+        self.source.overrides.iter().filter(|entry| entry.appends()).count()
     }
 
     /// How many entries the array at a path has; `None` if there is none.
@@ -213,7 +218,25 @@ fn apply<'a>(root: &mut Node<'a>, entry: &'a Override, start: usize) -> Result<(
         "" => None,
         text => Some(value_node(text, start + entry.path().len() + "=".len())),
     };
-    set(root, entry.path(), 0, start, value.as_ref())
+    match value {
+        Some(value) if entry.appends() => {
+            append(child_or_table(root, entry.path(), start..start + entry.path().len())?, value);
+            Ok(())
+        }
+        value => set(root, entry.path(), 0, start, value.as_ref()),
+    }
+}
+
+/// Adds an entry to the array that a node is, or becomes with what it was as its first entry.
+fn append<'a>(node: &mut Node<'a>, entry: Node<'a>) {
+    if let DeValue::Array(entries) = node.get_mut() {
+        return entries.push(entry);
+    }
+    let span = node.span();
+    let before = mem::replace(node, Spanned::new(span, DeValue::Array(DeArray::new())));
+    let DeValue::Array(entries) = node.get_mut() else { unreachable!("it is one now") };
+    let is_anything = before.get_ref().as_table().is_none_or(|table| !table.is_empty());
+    is_anything.then_some(before).into_iter().chain([entry]).for_each(|entry| entries.push(entry));
 }
 
 /// Sets what is below `node` at the rest of a path from `at` on, or removes it. The path was written at byte `start`.

@@ -2,8 +2,9 @@
 //!
 //! The value is a TOML value, or else a bare string (`channel.model=voronoi`). An index steps into an array
 //! (`field.gaussian.0.sigma_m=0.2`), a `*` into each of its entries (`field.gaussian.*.sigma_m=0.2`). Nothing after the
-//! `=` removes the key (`channel.range_m=`).
+//! `=` removes the key (`channel.range_m=`). One of a kind of its own ([`Override::controller`]) adds an entry to `[[controller]]`.
 
+use std::path;
 use std::str::FromStr;
 
 /// One `key.path=value`, and how the user spelled it.
@@ -12,6 +13,8 @@ pub struct Override {
     path: String,
     value: String,
     spelling: String,
+    /// The value is one more entry of the array at the path.
+    appends: bool,
 }
 
 /// Why a text is not an override.
@@ -20,12 +23,38 @@ pub enum OverrideError {
     /// No `=` in it.
     #[error("expected key.path=value, got `{0}`")]
     NoEquals(String),
+    /// A controller's file has no path that is text.
+    #[error("--controller {0}: expected FILE.py:CLASS or FILE.py:CLASS=ROBOTS, with a path that is UTF-8 text")]
+    NoPath(String),
     /// A key of the path is empty.
     #[error("`{0}` has an empty key")]
     EmptyKey(String),
 }
 
 impl Override {
+    /// Gives robots a controller in Python, such as `my.py:ToTheLight=40-49`; without robots, all of them. A relative path
+    /// is relative to the folder that this program is in.
+    ///
+    /// # Errors
+    /// If its path is no text.
+    pub fn controller(text: &str) -> Result<Self, OverrideError> {
+        let (python, robots) = match text.rsplit_once('=') {
+            Some((python, robots)) => (python, Some(robots)),
+            None => (text, None),
+        };
+        let absolute = path::absolute(python).ok().and_then(|path| path.into_os_string().into_string().ok());
+        let python = absolute.ok_or_else(|| OverrideError::NoPath(text.into()))?;
+        let entry = |key: &str, value: &str| (key.to_owned(), toml::Value::String(value.to_owned()));
+        let robots = robots.map(|robots| entry("robots", robots));
+        let table: toml::Table = [entry("python", &python)].into_iter().chain(robots.clone()).collect();
+        Ok(Self {
+            path: "controller".into(),
+            value: toml::Value::Table(table).to_string(),
+            spelling: format!("--controller {text}"),
+            appends: robots.is_some(),
+        })
+    }
+
     /// The same override under the name of a flag of its own (`--robots 20`), which errors then show.
     pub fn spelled(self, spelling: impl Into<String>) -> Self {
         Self { spelling: spelling.into(), ..self }
@@ -39,6 +68,11 @@ impl Override {
     /// The keys and indices before the `=`, joined by dots.
     pub(super) fn path(&self) -> &str {
         &self.path
+    }
+
+    /// Whether the value is one more entry of the array at the path, rather than in place of what is there.
+    pub(super) fn appends(&self) -> bool {
+        self.appends
     }
 
     /// The text after the `=`.
@@ -56,7 +90,8 @@ impl FromStr for Override {
         if path.split('.').any(str::is_empty) {
             return Err(OverrideError::EmptyKey(text.into()));
         }
-        Ok(Self { path: path.into(), value: value.into(), spelling: format!("--set {path}={value}") })
+        let spelling = format!("--set {path}={value}");
+        Ok(Self { path: path.into(), value: value.into(), spelling, appends: false })
     }
 }
 

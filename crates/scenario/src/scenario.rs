@@ -94,25 +94,27 @@ impl Scenario {
         self.controllers.iter().filter_map(Controller::law)
     }
 
-    /// Makes sure that every program can be started, and knows its path: for who starts processes.
+    /// Makes sure that every program and file of a controller is there, and knows the path of the one and the contents of
+    /// the other.
     ///
     /// # Errors
-    /// If one is missing or not executable.
-    pub fn find_programs(&mut self) -> Result<(), ScenarioError> {
-        self.controllers.iter_mut().try_for_each(Controller::find_program)
+    /// If one is missing, a program is not executable, or a file is another one than it was.
+    pub fn find_controllers(&mut self) -> Result<(), ScenarioError> {
+        self.controllers.iter_mut().try_for_each(Controller::find)
     }
 
-    /// Makes sure that laws think for all robots: for who starts no processes. `instead` says what is to be done.
+    /// Makes sure that laws think for all robots, or also classes in Python where `plays_python`: for who starts no
+    /// processes. `instead` says what is to be done.
     ///
     /// # Errors
     /// If a program thinks for some.
-    pub fn refuse_programs(&self, instead: &str) -> Result<(), ScenarioError> {
-        let of_program = |it: &Controller| Some((it.clone(), it.program()?.command[0].clone()));
-        match self.controllers.iter().find_map(of_program) {
+    pub fn refuse_programs(&self, plays_python: bool, instead: &str) -> Result<(), ScenarioError> {
+        let is_refused = |it: &&Controller| it.law().is_none() && !(plays_python && it.python().is_some());
+        match self.controllers.iter().find(is_refused) {
             None => Ok(()),
-            Some((controller, program)) => {
-                let robots = &controller.robots;
-                Err(controller.error(format!("robots {robots} need processes: they run {program}"), instead))
+            Some(controller) => {
+                let (robots, name) = (&controller.robots, controller.own_name().unwrap_or_default());
+                Err(controller.error(format!("robots {robots} need processes: they run {name}"), instead))
             }
         }
     }
@@ -190,6 +192,7 @@ impl Scenario {
             cycle,
             clock,
             params: self.params(controller),
+            memory_max_bytes: self.processes.memory_max_bytes(),
             pid_namespace: None,
         }
     }
@@ -201,6 +204,10 @@ impl Scenario {
                 Params::encoded(&self.setup_of_law(law, self.neighbor_timeout_ticks(controller)))
             }
             Mind::Program(program) => Params::of_json(program.json()),
+            Mind::Python(python) => {
+                let setup = python.setup(self.neighbor_timeout_ticks(controller));
+                Params::of_json(serde_json::to_vec(&setup).expect("its parameters are JSON"))
+            }
         }
     }
 

@@ -240,7 +240,7 @@ fn not_found(folder: &Path, program: &str, expected: Expect) {
     let source = folder.join("x.toml").display().to_string();
     let text = text(&format!("[controller]\nprogram = [\"{program}\"]"));
     let mut scenario = Scenario::parse(&source, &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let error = scenario.find_programs().expect_err("nothing to start").to_string();
+    let error = scenario.find_controllers().expect_err("nothing to start").to_string();
     expected.assert_eq(&error.replace(&folder.display().to_string(), "DIR"));
 }
 
@@ -279,7 +279,7 @@ fn a_program_that_cannot_be_started_is_refused_by_who_would_start_it() {
 
     let text = text("[controller]\nprogram = [\"sh\", \"./ours\"]");
     let mut scenario = Scenario::parse("x.toml", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    scenario.find_programs().expect("every machine has a shell");
+    scenario.find_controllers().expect("every machine has a shell");
     let command = &scenario.controllers[0].program().expect("a program").command;
     let file = fs::metadata(&command[0]).expect("the shell");
     assert!(file.permissions().mode() & 0o111 != 0 && command[1] == "./ours", "{command:?}");

@@ -127,12 +127,16 @@ impl Plan {
                 let mut scenario = Scenario::parse(&source, &text, &all)?;
                 match args.engine {
                     crate::run::Engine::InProcess => scenario.refuse_programs(
+                        false,
                         "use `lamplight batch --engine processes`, or link the crate `engine` and hand it a constructor",
                     )?,
                     crate::run::Engine::Processes if args.exact => {
-                        scenario.refuse_programs("leave out --exact, which plays each trial in process as well")?;
+                        scenario.refuse_programs(
+                            false,
+                            "leave out --exact, which plays each trial in process as well",
+                        )?;
                     }
-                    crate::run::Engine::Processes => scenario.find_programs()?,
+                    crate::run::Engine::Processes => scenario.find_controllers()?,
                 }
                 Setting::new(scenario, values, args.trials)
             })

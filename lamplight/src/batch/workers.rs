@@ -292,17 +292,17 @@ fn one_swarm(course: &mut Course<'_>, watch: &Watch, keep: &mut Keeper<'_>) -> a
 /// Settings that a swarm is opened with once, and keeps: trials must agree on them that one swarm plays.
 #[derive(PartialEq)]
 struct Swarm {
-    /// Robots by their programs.
-    bodies: Vec<(RobotSet, Option<Vec<String>>)>,
+    /// Robots by the programs that are their agents.
+    agents: Vec<(RobotSet, Vec<String>)>,
     processes: ProcessesSpec,
     payload_bytes_max: PayloadBytes,
 }
 
 impl Swarm {
     fn of(scenario: &Scenario) -> Self {
-        let body = |it: &Controller| (it.robots.clone(), it.program().map(|program| program.command.clone()));
+        let agent = |it: &Controller| (it.robots.clone(), it.agent_words());
         Self {
-            bodies: scenario.controllers.iter().map(body).collect(),
+            agents: scenario.controllers.iter().map(agent).collect(),
             processes: scenario.processes.clone(),
             payload_bytes_max: scenario.channel.payload_bytes_max,
         }

@@ -2,9 +2,9 @@
 
 use std::{
     collections::BTreeMap,
+    fmt,
     io::{self, ErrorKind, PipeReader, PipeWriter, Read},
     os::fd::OwnedFd,
-    process::Stdio,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
@@ -28,12 +28,47 @@ const LAST: u64 = u64::MAX;
 #[derive(Clone, Debug)]
 pub(super) struct Programs {
     epoll: Arc<OwnedFd>,
-    pipes: Arc<Mutex<BTreeMap<u64, Pipe>>>,
+    pipes: Arc<Mutex<Pipes>>,
+}
+
+#[derive(Debug, Default)]
+struct Pipes {
+    open: BTreeMap<u64, Pipe>,
+    /// Pipes that have ever been.
+    count: u64,
+}
+
+/// Who has printed something.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Whose {
+    /// The program that plays a life of a robot.
+    Robot(RobotId),
+    /// What makes agents of this controller.
+    Controller(String),
+}
+
+impl Whose {
+    /// The robot, if it was one.
+    pub(crate) fn robot(&self) -> Option<RobotId> {
+        match self {
+            Self::Robot(id) => Some(*id),
+            Self::Controller(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for Whose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Robot(id) => id.fmt(f),
+            Self::Controller(name) => f.write_str(name),
+        }
+    }
 }
 
 #[derive(Debug)]
 struct Pipe {
-    id: RobotId,
+    whose: Whose,
     reader: PipeReader,
     /// The beginning of a line that is not whole yet.
     rest: Vec<u8>,
@@ -48,24 +83,25 @@ impl Programs {
         Ok((Self { epoll: Arc::new(epoll), pipes: Arc::default() }, reader, writer))
     }
 
-    /// The standard error of the program of one more life.
-    pub(super) fn add(&self, id: RobotId) -> io::Result<Stdio> {
+    /// The standard error of one more program.
+    pub(super) fn add(&self, whose: Whose) -> io::Result<PipeWriter> {
         let (reader, writer) = io::pipe()?;
         // Of the reading end alone: programs wait for a full pipe.
         fcntl_setfl(&reader, OFlags::NONBLOCK)?;
-        let key = u64::from(id.index) << 16 | u64::from(id.incarnation);
         let mut pipes = self.pipes();
+        let key = pipes.count;
         epoll::add(&self.epoll, &reader, EventData::new_u64(key), EventFlags::IN)?;
-        pipes.insert(key, Pipe { id, reader, rest: Vec::new() });
-        Ok(writer.into())
+        pipes.open.insert(key, Pipe { whose, reader, rest: Vec::new() });
+        pipes.count += 1;
+        Ok(writer)
     }
 
     /// Hands lines to `take`, without their ends and with whose they are, until the last program that is to come has closed
     /// its end. `last` is held that long.
-    pub(super) fn gather(&self, last: PipeReader, take: impl Fn(RobotId, &[u8])) {
+    pub(super) fn gather(&self, last: PipeReader, take: impl Fn(&Whose, &[u8])) {
         let (mut ready, mut chunk) = (Vec::with_capacity(AT_ONCE), vec![0; IN_TURN]);
         let mut last = Some(last);
-        while last.is_some() || !self.pipes().is_empty() {
+        while last.is_some() || !self.pipes().open.is_empty() {
             match epoll::wait(&self.epoll, spare_capacity(&mut ready), None) {
                 Ok(_) | Err(Errno::INTR) => {}
                 Err(_) => return,
@@ -80,8 +116,8 @@ impl Programs {
     }
 
     /// Reads what one program has printed. Nobody is held up meanwhile who adds another.
-    fn read(&self, key: u64, chunk: &mut [u8], take: impl Fn(RobotId, &[u8])) {
-        let Some(mut pipe) = self.pipes().remove(&key) else { return };
+    fn read(&self, key: u64, chunk: &mut [u8], take: impl Fn(&Whose, &[u8])) {
+        let Some(mut pipe) = self.pipes().open.remove(&key) else { return };
         let is_open = match pipe.reader.read(chunk) {
             Ok(0) => false,
             Ok(bytes) => {
@@ -90,13 +126,13 @@ impl Programs {
             }
             Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
         };
-        lines(&mut pipe.rest, !is_open, |line| take(pipe.id, line));
+        lines(&mut pipe.rest, !is_open, |line| take(&pipe.whose, line));
         if is_open {
-            self.pipes().insert(key, pipe);
+            self.pipes().open.insert(key, pipe);
         }
     }
 
-    fn pipes(&self) -> MutexGuard<'_, BTreeMap<u64, Pipe>> {
+    fn pipes(&self) -> MutexGuard<'_, Pipes> {
         self.pipes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -150,7 +186,8 @@ mod tests {
         let (sender, printed) = mpsc::channel();
         let reader = programs.clone();
         let gathering = thread::spawn(move || {
-            reader.gather(last_reader, |id, line| {
+            reader.gather(last_reader, |whose, line| {
+                let Whose::Robot(id) = whose else { unreachable!("they are all robots") };
                 sender.send((id.index, String::from_utf8(line.to_vec()).unwrap())).unwrap();
             });
         });
@@ -159,7 +196,7 @@ mod tests {
                 let script =
                     "for i in 1 2 3 4 5; do printf a; printf '%s\\n' b >&2; printf c >&2; echo d >&2; done";
                 let mut command = Command::new("sh");
-                let error = programs.add(RobotId::first(robot)).unwrap();
+                let error = programs.add(Whose::Robot(RobotId::first(robot))).unwrap();
                 command.args(["-c", script]).stdout(Stdio::null()).stderr(error).spawn().unwrap()
             })
             .collect();

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::choice::without_meaning;
-use crate::controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec};
+use crate::controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks};
 use crate::document::Document;
 use crate::error::{Origin, ScenarioError};
 use crate::number::Positive;
@@ -37,6 +37,8 @@ pub(crate) enum ControllerTable {
     Law(LawKeys),
     /// A program of its own.
     Program(ProgramKeys),
+    /// A class in Python.
+    Python(PythonKeys),
 }
 
 /// A control law of the paper.
@@ -83,7 +85,32 @@ pub(crate) struct ProgramKeys {
     /// The program, or words before it, such as ["./my-robot"] or ["nice", "/opt/my-robot"]. A first word that is a path is
     /// relative to this file; a name without a slash is looked for in PATH.
     program: Vec<String>,
+    /// Language in which it gets percepts and gives commands.
+    #[serde(default)]
+    speaks: Speaks,
     /// Parameters of the program: any table without dates, which it gets as JSON.
+    #[serde(default)]
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
+    params: toml::Table,
+}
+
+/// A class in Python that thinks for a robot, in a process of its own each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PythonKeys {
+    /// Which robots it thinks for, such as "40-49"; may be left out where there is no other entry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robots: Option<RobotSet>,
+    /// The file and the class in it, such as "my.py:ToTheLight"; a file with one controller needs no class. A relative
+    /// path is relative to this file.
+    python: String,
+    /// SHA-256 of the file, in hex: a resolved scenario has it, and is not run with another file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
+    /// A neighbor not heard for this many neighbor cycles is in no percept's table any more; by default as with the laws
+    /// of the paper.
+    neighbor_timeout_cycles: Option<NonZeroU32>,
+    /// Parameters of the controller: any table without dates, whose keys its constructor gets by name.
     #[serde(default)]
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     params: toml::Table,
@@ -105,22 +132,27 @@ pub(crate) struct Entry {
     path: String,
     table: ControllerTable,
     origin: Origin,
+    /// Its robots are taken from the entries before it: the command line names them.
+    takes: bool,
 }
 
 /// Reads the tables of a document.
 pub(crate) fn read(document: &Document<'_>) -> Result<Vec<Entry>, ScenarioError> {
-    let entry = |path: String| {
+    let entry = |path: String, takes: bool| {
         let table = table(document, &path)?;
-        Ok(Entry { origin: Origin(Some(document.place_of(&path))), table, path })
+        Ok(Entry { origin: Origin(Some(document.place_of(&path))), table, path, takes })
     };
     match document.entries("controller") {
-        None => Ok(vec![entry("controller".into())?]),
+        None => Ok(vec![entry("controller".into(), false)?]),
         Some(0) => {
             let message = "controller is empty: nobody thinks for the robots";
             let hint = "give one [controller] for all robots, or a [[controller]] for some each";
             Err(document.blame(problem(&["controller"], message).hint(hint)))
         }
-        Some(count) => (0..count).map(|index| entry(format!("controller.{index}"))).collect(),
+        Some(count) => {
+            let given = count - document.appended();
+            (0..count).map(|index| entry(format!("controller.{index}"), index >= given)).collect()
+        }
     }
 }
 
@@ -131,30 +163,43 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
         Err(document.blame(problem(&[&format!("{path}.{key}")], message).hint(hint)))
     };
     if keys == ["robots"] {
-        let message = "nobody thinks for these robots: there is neither a `law` nor a `program`";
-        let hint = "give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program`";
+        let message =
+            "nobody thinks for these robots: there is neither a `law` nor a `program`, nor `python`";
+        let hint = "give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program` or a class in `python`";
         return Err(document.blame(problem(&[path], message).hint(hint)));
     }
-    if !gives("program") {
-        if gives("params") {
-            let message = "`params` has no meaning without `program`: laws have keys of their own";
-            return refused("params", message, "name the `program` that they are for, or remove them");
+    let minds: Vec<&str> = ["law", "program", "python"].into_iter().filter(|key| gives(key)).collect();
+    if let [first, second, ..] = minds[..] {
+        let message = format!("an entry has either `{first}` or `{second}`, not both");
+        let hint = "give each an entry in [[controller]], with its `robots`";
+        return refused(first, &message, hint);
+    }
+    let own = match minds[..] {
+        [own @ ("program" | "python")] => own,
+        _ => {
+            if gives("params") {
+                let message = "`params` has no meaning without `program` or `python`: laws have keys of their own";
+                return refused("params", message, "name the `program` that they are for, or remove them");
+            }
+            return document.read(path, |_| true).map(ControllerTable::Law);
         }
-        return document.read(path, |_| true).map(ControllerTable::Law);
-    }
-    if gives("law") {
-        let message = "an entry has either `law` or `program`, not both";
-        return refused("law", message, "give each an entry in [[controller]], with its `robots`");
-    }
+    };
+    let is_of_python = |key: &str| own == "python" && key == "neighbor_timeout_cycles";
     let of_laws = LawKeys::json_schema(&mut SchemaGenerator::default());
     let is_of_laws = |key: &str| key != "robots" && of_laws.pointer(&format!("/properties/{key}")).is_some();
-    if let Some(key) = keys.iter().find(|key| is_of_laws(key)) {
-        let message = format!("`{key}` has no meaning beside `program`: it is for the laws of the paper");
-        return refused(
-            key,
-            &message,
-            &format!("a program has its parameters in `params = {{ {key} = ... }}`"),
-        );
+    if let Some(key) = keys.iter().find(|key| is_of_laws(key) && !is_of_python(key)) {
+        let message = format!("`{key}` has no meaning beside `{own}`: it is for the laws of the paper");
+        let hint = format!("a {} has its parameters in `params = {{ {key} = ... }}`", if own == "python" { "controller" } else { "program" });
+        return refused(key, &message, &hint);
+    }
+    if own == "python" {
+        let keys: PythonKeys = document.read(path, |_| true)?;
+        if let Err(message) = PythonKeys::split(&keys.python) {
+            let hint = "name a file and a class in it, such as python = \"my.py:ToTheLight\"";
+            return refused("python", &message, hint);
+        }
+        refuse_foreign_params(document, path, &keys.params)?;
+        return Ok(ControllerTable::Python(keys));
     }
     let keys: ProgramKeys = document.read(path, |_| true)?;
     if keys.program.first().is_none_or(String::is_empty) {
@@ -165,14 +210,25 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
         let hint = "the operating system ends a word there; leave it out";
         return refused(&format!("program.{at}"), "a word of `program` has a NUL character", hint);
     }
-    for (key, value) in &keys.params {
-        if let Some((at, what)) = foreign_to_json(&format!("params.{key}"), value) {
-            let message =
-                format!("{path}.{at}: {what}, which JSON has not; programs get their params as JSON");
-            return refused(&at, &message, "give it as text, in quotes, or as another number");
+    refuse_foreign_params(document, path, &keys.params)?;
+    Ok(ControllerTable::Program(keys))
+}
+
+/// Refuses parameters of the entry at `path` that cannot be handed on.
+fn refuse_foreign_params(
+    document: &Document<'_>,
+    path: &str,
+    params: &toml::Table,
+) -> Result<(), ScenarioError> {
+    let foreign = params.iter().find_map(|(key, value)| foreign_to_json(&format!("params.{key}"), value));
+    match foreign {
+        None => Ok(()),
+        Some((at, what)) => {
+            let message = format!("{path}.{at}: {what}, which JSON has not; programs get their params as JSON");
+            let problem = problem(&[&format!("{path}.{at}")], message);
+            Err(document.blame(problem.hint("give it as text, in quotes, or as another number")))
         }
     }
-    Ok(ControllerTable::Program(keys))
 }
 
 /// The first value at or below `path` that JSON cannot say, and what it is.
@@ -198,9 +254,9 @@ pub(crate) fn resolve(
     count: u32,
     timeout_cycles: NonZeroU32,
 ) -> Result<Vec<Controller>, Problem> {
-    let is_alone = entries.len() == 1;
+    let is_alone = entries.iter().filter(|entry| !entry.takes).count() == 1;
     let mut controllers: Vec<Controller> = Vec::new();
-    for Entry { path, table, origin } in entries {
+    for Entry { path, table, origin, takes } in entries {
         let at = format!("{path}.robots");
         let (robots, mind) = match table {
             ControllerTable::Law(keys) => {
@@ -208,6 +264,9 @@ pub(crate) fn resolve(
             }
             ControllerTable::Program(keys) => {
                 (keys.robots.clone(), Mind::Program(keys.resolve(source_name, &path, timeout_cycles)?))
+            }
+            ControllerTable::Python(keys) => {
+                (keys.robots.clone(), Mind::Python(keys.resolve(source_name, &path, timeout_cycles)?))
             }
         };
         let robots = robots.or_else(|| RobotSet::of(0..count).filter(|_| is_alone)).ok_or_else(|| {
@@ -219,6 +278,9 @@ pub(crate) fn resolve(
                 format!("there is no robot {}: the scenario has robots 0 to {}", robots.highest(), count - 1);
             problem(&[&at, "robots.count"], message).hint("name those that there are, or take more robots")
         })?;
+        if takes {
+            controllers = controllers.into_iter().filter_map(|it| it.without(&robots)).collect();
+        }
         for (first, other) in controllers.iter().enumerate() {
             if let Some(robot) = robots.lowest_common(&other.robots) {
                 let message =
@@ -276,20 +338,61 @@ impl ProgramKeys {
     ) -> Result<ProgramSpec, Problem> {
         let mut command = self.program;
         if let Some(program) = command.first_mut().filter(|program| program.contains('/')) {
-            let beside = Path::new(source_name).parent().unwrap_or(Path::new("")).join(&*program);
-            let absolute = path::absolute(beside).map(PathBuf::into_os_string).unwrap_or_default();
-            // A name with such a character has been read from one that is no UTF-8.
-            let named =
-                absolute.into_string().ok().filter(|named| !named.contains(char::REPLACEMENT_CHARACTER));
-            *program = named.ok_or_else(|| {
-                let message = format!(
-                    "the folder of {source_name} has a name that is no UTF-8, and so has the program"
-                );
-                problem(&[&format!("{path}.program")], message).hint("move them into another folder")
-            })?;
+            *program = beside(source_name, program, &format!("{path}.program"))?;
         }
-        Ok(ProgramSpec { command, params: self.params, neighbor_timeout_cycles })
+        Ok(ProgramSpec { command, speaks: self.speaks, params: self.params, neighbor_timeout_cycles })
     }
+}
+
+impl PythonKeys {
+    fn resolve(
+        self,
+        source_name: &str,
+        path: &str,
+        timeout_cycles: NonZeroU32,
+    ) -> Result<PythonSpec, Problem> {
+        let (file, class) = Self::split(&self.python).expect("reading has refused what names no file");
+        Ok(PythonSpec {
+            file: beside(source_name, file, &format!("{path}.python"))?,
+            class: class.map(Into::into),
+            sha256: self.sha256,
+            params: self.params,
+            neighbor_timeout_cycles: self.neighbor_timeout_cycles.unwrap_or(timeout_cycles),
+        })
+    }
+
+    /// The file and the class that `python` names, or what is wrong with it.
+    fn split(python: &str) -> Result<(&str, Option<&str>), String> {
+        let (file, class) = match python.rsplit_once(':') {
+            Some((file, class)) => (file, Some(class)),
+            None => (python, None),
+        };
+        let is_name = |class: &str| {
+            !class.starts_with(|first: char| first.is_ascii_digit())
+                && class.chars().all(|char| char.is_alphanumeric() || char == '_')
+        };
+        match class {
+            _ if file.is_empty() || file.ends_with('/') => Err(format!("`{python}` names no file")),
+            _ if file.contains('\0') => Err("`python` has a NUL character".into()),
+            Some(class) if class.is_empty() || !is_name(class) => {
+                Err(format!("`{class}` is no name of a class"))
+            }
+            class => Ok((file, class)),
+        }
+    }
+}
+
+/// The absolute path of a file whose path is relative to that of the scenario `source_name`; `key` is where it was written.
+fn beside(source_name: &str, file: &str, key: &str) -> Result<String, Problem> {
+    let beside = Path::new(source_name).parent().unwrap_or(Path::new("")).join(file);
+    let absolute = path::absolute(beside).map(PathBuf::into_os_string).unwrap_or_default();
+    // A name with such a character has been read from one that is no UTF-8.
+    let named = absolute.into_string().ok().filter(|named| !named.contains(char::REPLACEMENT_CHARACTER));
+    named.ok_or_else(|| {
+        let message =
+            format!("the folder of {source_name} has a name that is no UTF-8, and so has the program");
+        problem(&[key], message).hint("move them into another folder")
+    })
 }
 
 impl ControllerTables {
@@ -314,8 +417,17 @@ impl ControllerTable {
     fn of(robots: Option<RobotSet>, mind: Mind) -> Self {
         let law = match mind {
             Mind::Law(law) => law,
-            Mind::Program(ProgramSpec { command, params, .. }) => {
-                return Self::Program(ProgramKeys { robots, program: command, params });
+            Mind::Program(ProgramSpec { command, speaks, params, .. }) => {
+                return Self::Program(ProgramKeys { robots, program: command, speaks, params });
+            }
+            Mind::Python(python) => {
+                return Self::Python(PythonKeys {
+                    robots,
+                    python: python.name(),
+                    sha256: python.sha256,
+                    neighbor_timeout_cycles: Some(python.neighbor_timeout_cycles),
+                    params: python.params,
+                });
             }
         };
         let (gradient, gradient_magnitude_per_m) = match law.gradient {

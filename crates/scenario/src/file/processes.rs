@@ -26,6 +26,9 @@ pub struct ProcessesSpec {
     /// Transport of messages; without it blackboards in lock-step, publish-subscribe in real time.
     #[schemars(with = "Option<PlaneName>")]
     pub plane: Option<Plane>,
+    /// Most private memory that a robot's process may have, in megabytes (10^6 bytes); one that asks for more gets none,
+    /// which mostly ends it. Without it there is no limit. It does not count what it shares with others.
+    pub memory_max_mb: Option<Positive>,
     /// Each robot's clock runs fast or slow by a share of its own, drawn evenly, of up to this many parts per million;
     /// a restarted robot draws another. In every engine robots send by it with `channel.access = "random"` or
     /// `"fixed-phase"` (other cycles are shared, and stay so); in real time they wake up by it as well.
@@ -54,6 +57,11 @@ impl ProcessesSpec {
         duration(self.hang_timeout_s)
     }
 
+    /// `memory_max_mb` in bytes.
+    pub fn memory_max_bytes(&self) -> Option<u64> {
+        self.memory_max_mb.map(|megabytes| (megabytes.get() * 1e6) as u64)
+    }
+
     /// How long a robot may take to join, of wall time; `None` if as long as it likes.
     pub fn join_timeout(&self, by_hand: bool) -> Option<Duration> {
         let unless_said = if by_hand { None } else { Some(JOIN_TIMEOUT) };
@@ -73,6 +81,7 @@ impl Default for ProcessesSpec {
             on_hang: OnHang::default(),
             join_timeout_s: None,
             plane: None,
+            memory_max_mb: None,
             clock_drift_ppm: constant!(NonNegative, 0.0),
             timer_jitter_s: constant!(NonNegative, 0.0),
         }

@@ -64,7 +64,7 @@ impl Liar {
         let named = entry.target.choice().and_then(|choice| choice.robots.as_ref());
         let is_struck = |robot: &u32| named.is_none_or(|robots| robots.contains(*robot));
         let struck = entry.setting.controllers.iter().find_map(|controller| {
-            Some((controller.robots.iter().find(is_struck)?, &controller.program()?.command[0]))
+            Some((controller.robots.iter().find(is_struck)?, controller.own_name()?))
         });
         let Some((robot, program)) = struck.filter(|_| self.light_counts.is_some()) else { return Ok(()) };
         let message =

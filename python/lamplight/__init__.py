@@ -1,0 +1,37 @@
+"""Controllers of robots in Python, each in a process of its own.
+
+    from lamplight import Command, Controller, run
+
+    class ToTheLight(Controller):
+        def step(self, percept):
+            return Command(velocity=0.1 * percept.light.direction)
+
+    result = run("swarmbots.toml", controller=ToTheLight, robots=50)
+"""
+
+from lamplight._lamplight import (
+    Command,
+    Compass,
+    Light,
+    Odometry,
+    Percept,
+    Position,
+    __version__,
+)
+from lamplight._controller import Controller
+from lamplight._run import Result, RunError, batch, run
+
+__all__ = [
+    "Command",
+    "Compass",
+    "Controller",
+    "Light",
+    "Odometry",
+    "Percept",
+    "Position",
+    "Result",
+    "RunError",
+    "__version__",
+    "batch",
+    "run",
+]
