@@ -12,7 +12,6 @@ mod summary;
 mod workers;
 
 use std::{
-    process::ExitCode,
     time::{Duration, Instant},
 };
 
@@ -26,11 +25,11 @@ use self::{
     plan::Plan,
     workers::{Workers, named},
 };
-use crate::{failure::Failure, log, stdout::say};
+use crate::{status::Status, failure::Failure, log, stdout::say};
 
 pub(crate) use self::options::BatchArgs;
 
-pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn batch(args: &BatchArgs) -> Result<Status, Failure> {
     log::begin(args.quiet, Format::Text);
     let plan = Plan::new(args).map_err(Failure::Usage)?;
     log::warn_of(&plan.warnings());
@@ -61,7 +60,7 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
                 "interrupted after {} of {total} trials; the same command goes on from there",
                 folder.done()
             );
-            Ok(ExitCode::from(exit_status(signal)))
+            Ok(Status(exit_status(signal)))
         }
         None if folder.done() < total => {
             Err(Failure::Run(anyhow!("{} trials are missing", total - folder.done())))
@@ -74,7 +73,7 @@ pub(crate) fn batch(args: &BatchArgs) -> Result<ExitCode, Failure> {
             say(&if args.json { json } else { summary.lines() })?;
             written?;
             match lost.len() {
-                0 => Ok(ExitCode::SUCCESS),
+                0 => Ok(Status::SUCCESS),
                 count => Err(Failure::Run(anyhow!(
                     "{count} of {total} trials lost agents each time they were played, and are left out of the \
                      statistics: {}; what did it is told above; if it was an accident, the same command plays them again",

@@ -1,13 +1,11 @@
 //! `lamplight check`: is this scenario sound?
 
-use std::process::ExitCode;
-
 use arena::{Arena, plan_warnings::warnings};
 use clap::Args;
 use logging::Format;
 use options::ScenarioOptions;
 
-use crate::{failure::Failure, log, stdout::say};
+use crate::{status::Status, failure::Failure, log, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
@@ -15,7 +13,7 @@ pub(crate) struct CheckArgs {
     options: ScenarioOptions,
 }
 
-pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn check(args: &CheckArgs) -> Result<Status, Failure> {
     let mut scenario = args.options.load().map_err(Failure::usage)?;
     scenario.find_controllers().map_err(Failure::usage)?;
     let arena = Arena::new(&scenario).map_err(Failure::usage)?;
@@ -29,5 +27,5 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
         scenario.step_s.get(),
         scenario.fault.len()
     ))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Status::SUCCESS)
 }

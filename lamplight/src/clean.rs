@@ -1,7 +1,5 @@
 //! `lamplight clean`: remove what dead runs have left in shared memory.
 
-use std::process::ExitCode;
-
 use anyhow::anyhow;
 use logging::Format;
 use transport::{
@@ -9,12 +7,12 @@ use transport::{
     run_dir::{Cleared, RunDir, RunName},
 };
 
-use crate::{failure::Failure, log, stdout::say};
+use crate::{status::Status, failure::Failure, log, stdout::say};
 
 /// Runs of others that are named.
 const NAMED_MAX: usize = 10;
 
-pub(crate) fn clean() -> Result<ExitCode, Failure> {
+pub(crate) fn clean() -> Result<Status, Failure> {
     log::begin(false, Format::Text);
     let (mut runs, mut entries, mut alive, mut failed) = (0, 0, 0, 0);
     let mut foreign = Vec::new();
@@ -38,7 +36,7 @@ pub(crate) fn clean() -> Result<ExitCode, Failure> {
         passed_over(&foreign)
     ))?;
     match failed {
-        0 => Ok(ExitCode::SUCCESS),
+        0 => Ok(Status::SUCCESS),
         _ => Err(Failure::Run(anyhow!("what {failed} runs have left could not be removed"))),
     }
 }

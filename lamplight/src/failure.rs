@@ -1,8 +1,10 @@
 //! Why a command did not do what it was told, and the exit status that says so.
 
-use std::{fmt, process::ExitCode};
+use std::fmt;
 
 use files::WriteError;
+
+use crate::status::Status;
 
 /// A failure with its exit status.
 #[derive(Debug)]
@@ -29,10 +31,10 @@ impl Failure {
         Self::Run(error.into())
     }
 
-    pub(crate) fn exit_code(&self) -> ExitCode {
+    pub(crate) fn status(&self) -> Status {
         match self {
-            Self::Usage(_) => ExitCode::from(2),
-            Self::Run(_) => ExitCode::FAILURE,
+            Self::Usage(_) => Status::USAGE,
+            Self::Run(_) => Status::FAILURE,
         }
     }
 }

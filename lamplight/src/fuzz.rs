@@ -7,7 +7,6 @@ mod plan;
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::ExitCode,
     time::Instant,
 };
 
@@ -26,7 +25,7 @@ use serde::Serialize;
 use self::{cross_engine::Workshop, invariants::Invariants};
 use protocol::setup::Mode;
 
-use crate::{failure::Failure, in_process, limits, log, name, stdout::say};
+use crate::{status::Status, failure::Failure, in_process, limits, log, name, stdout::say};
 
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
@@ -63,7 +62,7 @@ pub(crate) struct FuzzArgs {
     quiet: bool,
 }
 
-pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn fuzz(args: &FuzzArgs) -> Result<Status, Failure> {
     log::begin(args.quiet, Format::Text);
     let base = base(args)?;
     // It has no faults, whose robots would have to be somewhere.
@@ -109,11 +108,11 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
         Some(signal) => {
             let all = args.runs;
             say(&format!("{done} of {all} runs, {failed} failed{}; interrupted\n", told(repeated)))?;
-            Ok(ExitCode::from(exit_status(signal)))
+            Ok(Status(exit_status(signal)))
         }
         None => {
             say(&format!("{done} runs, {failed} failed{}\n", told(repeated)))?;
-            Ok(if failed > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+            Ok(if failed > 0 { Status::FAILURE } else { Status::SUCCESS })
         }
     }
 }
@@ -121,7 +120,7 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<ExitCode, Failure> {
 /// The scenario that all runs vary: short, patient, without faults of its own.
 fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
     let mut base = args.options.load().map_err(Failure::usage)?;
-    base.refuse_programs(false, in_process::INSTEAD).map_err(Failure::usage)?;
+    in_process::prepare(&mut base, in_process::INSTEAD).map_err(Failure::usage)?;
     if base.seed.after(args.runs - 1).is_none() {
         return Err(Failure::Usage(anyhow!(
             "--runs {} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer runs or a lower --seed",
@@ -237,6 +236,7 @@ fn replay(args: &FuzzArgs, seed: Seed) -> String {
     add("--seed", seed.to_string());
     let engine = args.engine.to_possible_value().expect("no engine is hidden");
     add("--engine", engine.get_name().into());
+    options.controllers.iter().for_each(|controller| add("--controller", controller.clone()));
     options.sets.iter().for_each(|set| add("--set", set.clone()));
     options.robots.iter().for_each(|robots| add("--robots", robots.to_string()));
     options.duration.iter().for_each(|duration| add("--duration", duration.to_string()));

@@ -14,8 +14,9 @@ use std::{
     net::Shutdown,
     os::{
         fd::{AsFd, OwnedFd},
-        unix::net::UnixStream,
+        unix::{net::UnixStream, process::CommandExt},
     },
+    path::PathBuf,
     process::{Command, Stdio},
     sync::mpsc::{self, Receiver, RecvTimeoutError},
     thread,
@@ -34,6 +35,8 @@ use crate::children;
 
 /// Names the interpreter; without it, one beside this program, or else `python3` in PATH.
 const INTERPRETER_VARIABLE: &str = "LAMPLIGHT_PYTHON";
+/// Where a process that has become an interpreter finds what it was.
+const PROGRAM_VARIABLE: &str = "LAMPLIGHT_PROGRAM";
 /// How long a fork may take.
 const FORK_TIMEOUT: Duration = Duration::from_secs(20);
 /// Variables that have numerical libraries start threads of their own, which a fork would not have, and the values that
@@ -173,8 +176,27 @@ impl ForkServer {
 /// The interpreter to be used.
 fn interpreter() -> OsString {
     let named = env::var_os(INTERPRETER_VARIABLE).filter(|name| !name.is_empty());
-    let beside = || env::current_exe().ok().map(|us| us.with_file_name("python3")).filter(|path| path.is_file());
+    let beside = || own_program().ok().map(|us| us.with_file_name("python3")).filter(|path| path.is_file());
     named.or_else(|| beside().map(Into::into)).unwrap_or_else(|| "python3".into())
+}
+
+/// Has this process be a Python interpreter that does the same command once more. Returns only why it cannot.
+pub(crate) fn become_interpreter() -> String {
+    let interpreter = interpreter();
+    let mut command = Command::new(&interpreter);
+    command.args(["-m", "lamplight._in_process"]).args(env::args_os().skip(1)).envs(settings());
+    if let Ok(us) = env::current_exe() {
+        command.env(PROGRAM_VARIABLE, us);
+    }
+    format!("{}: {}", interpreter.display(), command.exec())
+}
+
+/// The program `lamplight`: this process, or the one that it was before it became an interpreter.
+pub(crate) fn own_program() -> anyhow::Result<PathBuf> {
+    match env::var_os(PROGRAM_VARIABLE) {
+        Some(path) => Ok(path.into()),
+        None => env::current_exe().context("cannot find our own program"),
+    }
 }
 
 /// Variables of the environment that the user has not set.

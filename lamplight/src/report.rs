@@ -1,11 +1,11 @@
 //! `lamplight report`: figures and one page from what a run or a batch left.
 
-use std::{path::PathBuf, process::ExitCode};
+use std::path::PathBuf;
 
 use clap::Args;
 use report::ReportError;
 
-use crate::{failure::Failure, stdout::say};
+use crate::{status::Status, failure::Failure, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {
@@ -13,11 +13,11 @@ pub(crate) struct ReportArgs {
     dir: PathBuf,
 }
 
-pub(crate) fn report(args: &ReportArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn report(args: &ReportArgs) -> Result<Status, Failure> {
     let page = report::report(&args.dir).map_err(|error| match error {
         ReportError::Unwritten(error) => error.into(),
         error => Failure::usage(error),
     })?;
     say(&format!("{}\n", page.display()))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Status::SUCCESS)
 }

@@ -3,7 +3,6 @@
 use std::{
     io::{self, IsTerminal},
     process,
-    process::ExitCode,
     sync::Arc,
 };
 
@@ -32,7 +31,7 @@ use scenario::{RobotSet, Scenario};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
 
-use crate::{
+use crate::{status::Status, 
     failure::Failure,
     in_process, limits, log, name,
     outcome::Outcome,
@@ -88,7 +87,7 @@ pub(crate) struct RunArgs {
     by_hand: Option<RobotSet>,
 }
 
-pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &RunArgs) -> Result<Status, Failure> {
     log::begin(args.options.play.quiet, args.options.play.log_format());
     if let (Engine::Processes, Some(Ok(robots))) =
         (args.engine, args.options.scenario.robots.map(u32::try_from))
@@ -100,7 +99,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let mut scenario = args.options.load().map_err(Failure::usage)?;
     match args.engine {
-        Engine::InProcess => scenario.refuse_programs(false, in_process::INSTEAD),
+        Engine::InProcess => in_process::prepare(&mut scenario, in_process::INSTEAD),
         Engine::Processes => scenario.find_controllers(),
     }
     .map_err(Failure::usage)?;
@@ -131,7 +130,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         (true, 1..) => {
             Err(Failure::Run(anyhow!("{} of {} faults never fired", idle.len(), scenario.fault.len())))
         }
-        _ => Ok(ExitCode::SUCCESS),
+        _ => Ok(Status::SUCCESS),
     }
 }
 
@@ -173,8 +172,8 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
     observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));
     let plan = Plan { speed: options.speed, ..Plan::IN_PROCESS };
-    let mut squad = in_process::squad(scenario);
-    let summary = engine::play(scenario, &mut arena, &mut squad, plan, &mut observers, &stop);
+    let mut squad = in_process::squad(scenario).map_err(Failure::usage)?;
+    let summary = engine::play(scenario, &mut arena, &mut *squad, plan, &mut observers, &stop);
     Ok(Outcome { summary: Some(summary), signal: stop.signal() })
 }
 
@@ -219,8 +218,8 @@ fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) 
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.
-fn interrupted(signal: Option<i32>) -> ExitCode {
-    ExitCode::from(exit_status(signal.unwrap_or(SIGTERM)))
+fn interrupted(signal: Option<i32>) -> Status {
+    Status(exit_status(signal.unwrap_or(SIGTERM)))
 }
 
 /// Finds out that results cannot be written before a robot has moved; from here on the log is kept there too.

@@ -12,7 +12,6 @@ mod swarm;
 
 use std::{
     path::{Path, PathBuf},
-    process::ExitCode,
 };
 
 use anyhow::{Context, anyhow};
@@ -32,7 +31,7 @@ use self::{
     journal::Journal,
     swarm::{fewest, with_robots},
 };
-use crate::{failure::Failure, in_process, log, name, stdout::say};
+use crate::{status::Status, failure::Failure, in_process, log, name, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ShrinkArgs {
@@ -68,12 +67,12 @@ seconds of virtual time (_s). Faults are numbered in the plan as it is then: as 
 others move up. A failure of so many robots says of how many, or fewer robots show it at once: \
 robots == 50 && robots_alive < 49.";
 
-pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn shrink(args: &ShrinkArgs) -> Result<Status, Failure> {
     log::begin(args.quiet, Format::Text);
     let expression: Expression =
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
-    let whole = args.options.load().map_err(Failure::usage)?;
-    whole.refuse_programs(false, in_process::INSTEAD).map_err(Failure::usage)?;
+    let mut whole = args.options.load().map_err(Failure::usage)?;
+    in_process::prepare(&mut whole, in_process::INSTEAD).map_err(Failure::usage)?;
     let poses = placement::start(&whole).map_err(Failure::usage)?;
     log::warn_of(&warnings(&whole, &poses));
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
@@ -108,7 +107,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
                 Ok(()) => {
                     journal.remove().map_err(Failure::run)?;
                     say(&format!("{found}saved as {}\n", out.display()))?;
-                    Ok(ExitCode::SUCCESS)
+                    Ok(Status::SUCCESS)
                 }
                 Err(error) if error.is_already_there() => Err(Failure::Usage(already_there(&out))),
                 Err(error) => {
@@ -123,7 +122,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<ExitCode, Failure> {
                 "interrupted after {tries} tries; the same command goes on from there (verdicts are kept in {})",
                 journal.path().display()
             );
-            Ok(ExitCode::from(exit_status(signal)))
+            Ok(Status(exit_status(signal)))
         }
         Err(Halt::Failure(failure)) => {
             // Nothing was found out that the whole scenario does not say at once.

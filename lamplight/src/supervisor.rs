@@ -521,7 +521,7 @@ impl<'a> Supervisor<'a> {
 
 /// Our own programs lie in one folder.
 fn beside_us(program: &str) -> anyhow::Result<PathBuf> {
-    let us = std::env::current_exe().context("cannot find our own program")?;
+    let us = python::own_program()?;
     let path = us.with_file_name(program);
     match path.is_file() {
         true => Ok(path),

@@ -7,7 +7,6 @@ mod watch;
 
 use std::{
     io::{self, IsTerminal},
-    process::ExitCode,
     thread,
     time::Duration,
 };
@@ -16,7 +15,7 @@ use anyhow::anyhow;
 use clap::Args;
 use transport::run_dir::{RunDir, RunDirError, RunName};
 
-use crate::{failure::Failure, stdout::say};
+use crate::{status::Status, failure::Failure, stdout::say};
 use screen::{Layout, View};
 use watch::{Asked, Watcher};
 
@@ -36,14 +35,14 @@ pub(crate) struct TopArgs {
     once: bool,
 }
 
-pub(crate) fn top(args: &TopArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn top(args: &TopArgs) -> Result<Status, Failure> {
     let run = chosen(args.name.as_ref())?;
     let mut watcher = Watcher::of(run);
     match args.once || !io::stdout().is_terminal() {
         true => once(&mut watcher)?,
         false => watch::show(&mut watcher)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(Status::SUCCESS)
 }
 
 fn once(watcher: &mut Watcher) -> Result<(), Failure> {

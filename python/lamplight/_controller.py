@@ -39,8 +39,8 @@ class LoadError(Exception):
     """Why there is no controller in a file, in one line."""
 
 
-_given = {}
-"""Controllers by their names in a scenario that this process has at hand: they are in no file."""
+_loaded = {}
+"""Controllers that have been loaded, by their names in a scenario: each file is run once."""
 
 
 def load(spec):
@@ -48,8 +48,12 @@ def load(spec):
 
     Raises LoadError if there is none.
     """
-    if spec in _given:
-        return _given[spec]
+    if spec not in _loaded:
+        _loaded[spec] = _load(spec)
+    return _loaded[spec]
+
+
+def _load(spec):
     path, name = _split(spec)
     found = _pickled(path) if path.endswith(".pickle") else _classes(path)
     where = os.path.basename(path)

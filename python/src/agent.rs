@@ -6,7 +6,7 @@ use protocol::{params::Params, robot_id::RobotId};
 use pyo3::{exceptions::PyOSError, prelude::*};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
-use crate::controller::PythonController;
+use crate::controller::{PythonController, print};
 
 /// Runs the agent of one robot until its run ends, and returns its exit status. `words` are its command line; `program` is
 /// what messages call the controller, which is a class.
@@ -15,7 +15,7 @@ pub(crate) fn run_agent(py: Python<'_>, words: Vec<OsString>, program: &str, cla
     let new = |id: RobotId, params: &Params| {
         Python::attach(|py| {
             PythonController::new(class.bind(py), id, params).map_err(|error| {
-                error.print(py);
+                print(py, &error);
                 error.to_string()
             })
         })

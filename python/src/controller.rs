@@ -141,9 +141,18 @@ fn kept_with(mut kept: impl FnMut(&Delivery) -> Place) -> impl FnMut(&Delivery) 
     move |delivery| (*delivery, kept(delivery))
 }
 
+/// Prints an error with its traceback, as Python does. It does not end the interpreter, which Python's own way does for
+/// SystemExit.
+pub(crate) fn print(py: Python<'_>, error: &PyErr) {
+    let words = (error.get_type(py), error.value(py), error.traceback(py));
+    let printed = py.import("traceback").and_then(|it| it.call_method1("print_exception", words));
+    // Where that fails, there is nobody to tell.
+    drop(printed);
+}
+
 /// Ends the controller's life: it has raised something in `method`. What it has printed and the traceback come first.
 fn raised(py: Python<'_>, error: &PyErr, method: &str) -> ! {
-    error.print(py);
+    print(py, error);
     let flush = |stream: &str| py.import("sys").and_then(|sys| sys.getattr(stream)?.call_method0("flush"));
     let _ = (flush("stdout"), flush("stderr"));
     give_up(format!("its {method} raised {error}"))

@@ -9,6 +9,7 @@ mod agent;
 mod arrays;
 mod command;
 mod controller;
+mod in_process;
 mod percept;
 
 use pyo3::pymodule;
@@ -21,6 +22,7 @@ mod _lamplight {
         agent::{die_with_parent, run_agent},
         arrays::{NeighborRows, WallRows},
         command::Command,
+        in_process::command,
         percept::{Compass, Light, Odometry, Percept, Position},
     };
 

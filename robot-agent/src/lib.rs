@@ -131,11 +131,15 @@ pub fn run<C: Controller, E: fmt::Display>(
         let _ = RunDir::of(cli.run.clone()).remove_if_dead();
     }
     let Err(error) = outcome else { return ExitCode::SUCCESS };
-    let is_telling = error.is::<Abandoned>() || error.is::<RunDirError>() || error.is::<ControllerError>();
-    let message = match (is_telling, over) {
+    let message = match (error.is::<Abandoned>() || error.is::<RunDirError>(), over) {
         (false, true) => format!("run `{}` has ended", cli.run),
         _ => format!("{error:#}"),
     };
+    if error.is::<ControllerError>() {
+        // With the tick.
+        tracing::error!("{error}");
+        return ExitCode::FAILURE;
+    }
     let is_known =
         over || error.is::<Abandoned>() || error.downcast_ref().is_some_and(|it| is_told(&cli.run, it));
     if !(cli.quiet && is_known) {

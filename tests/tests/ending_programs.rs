@@ -89,7 +89,7 @@ fn lives_that_end_by_themselves_and_are_left_out_give_one_course() {
     assert_eq!(
         expected.1[0],
         "tick 2: robot 0 died before it answered tick 2 (exit status 3; its program is /mind); \
-         it is left out from here on"
+         it is left out from tick 3 on"
     );
     for _ in 0..3 {
         assert_eq!(course(&run("exclude", ENDING, &[])), expected);

@@ -566,6 +566,10 @@ impl Roster {
             OnHang::Exclude if policy != self.processes.on_hang => {
                 format!("it is left out from here on: none of {STILLBORN_MAX} lives in a row has joined")
             }
+            // As if the plan had killed it then.
+            OnHang::Exclude if member.state == AgentState::Present => {
+                format!("it is left out from tick {} on", tick + 1)
+            }
             OnHang::Exclude => "it is left out from here on".into(),
             OnHang::Restart if by_hand => {
                 format!(

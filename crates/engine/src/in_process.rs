@@ -27,7 +27,7 @@ pub struct InProcess<C, N> {
     /// Robots by their controllers.
     controllers: Vec<RobotSet>,
     /// The tick of the percepts that were sent last.
-    tick: Tick,
+    tick: Option<Tick>,
     incidents: Vec<Incident>,
 }
 
@@ -69,7 +69,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             payload_bytes_max: scenario.channel.payload_bytes_max.get().into(),
             on_hang: scenario.processes.on_hang,
             controllers: scenario.controllers.iter().map(|controller| controller.robots.clone()).collect(),
-            tick: 0,
+            tick: None,
             incidents: Vec::new(),
         })
     }
@@ -79,8 +79,8 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
         let (id, refused) = (self.robots[place].id, self.robots[place].refused);
         let consequence = match self.on_hang {
             OnHang::Fail => return Err(SquadError(what)),
-            OnHang::Exclude => "it is left out from here on",
-            OnHang::Restart => "it is restarted",
+            OnHang::Exclude => self.exclusion(tick),
+            OnHang::Restart => "it is restarted".into(),
         };
         let what = format!("{what}; {consequence}");
         tracing::warn!("{what}");
@@ -106,15 +106,24 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
         answers: &mut Answers,
         what: impl Fn(RobotId, &str) -> String,
     ) -> Result<(), SquadError> {
+        let tick = self.tick.unwrap_or(0);
         for place in 0..self.robots.len() {
             let life = &mut self.robots[place];
             let Some(why) = life.ended.take() else { continue };
             let what = what(life.id, &why);
-            self.apply_hang_policy(place, self.tick, what)?;
+            self.apply_hang_policy(place, tick, what)?;
             let life = &mut self.robots[place];
             answers[life.index()] = life.answer.take();
         }
         self.require_somebody()
+    }
+
+    /// From when on a robot is left out that has ended at `tick`: as if the plan had killed it then.
+    fn exclusion(&self, tick: Tick) -> String {
+        match self.tick {
+            None => "it is left out from here on".into(),
+            Some(_) => format!("it is left out from tick {} on", tick + 1),
+        }
     }
 
     fn require_somebody(&self) -> Result<(), SquadError> {
@@ -268,7 +277,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
     }
 
     fn send(&mut self, percepts: &[Percept]) -> Result<(), SquadError> {
-        self.tick = percepts.first().map_or(0, |percept| percept.tick);
+        self.tick = percepts.first().map(|percept| percept.tick);
         for life in &mut self.robots {
             life.step(&percepts[life.index()], self.payload_bytes_max);
         }
@@ -277,7 +286,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
 
     fn collect(&mut self, answers: &mut Answers, _: &mut WaitingSink<'_>) -> Result<(), SquadError> {
         self.take_answers(answers);
-        let tick = self.tick;
+        let tick = self.tick.unwrap_or(0);
         self.deal_with_ended(answers, |id, why| format!("{id} died before it answered tick {tick} ({why})"))
     }
 

@@ -61,6 +61,11 @@ pub struct ScenarioOptions {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration: Option<f64>,
 
+    /// Class in Python that thinks for all robots, or for those of these numbers, such as my.py:ToTheLight or
+    /// my.py:ToTheLight=40-49; may be repeated
+    #[arg(long = "controller", value_name = "FILE.py[:CLASS][=ROBOTS]")]
+    pub controllers: Vec<String>,
+
     /// Set any key of the scenario, such as channel.range_m=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub sets: Vec<String>,
@@ -165,7 +170,9 @@ impl ScenarioOptions {
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
             ("duration", "duration_s", self.duration.map(toml_number)),
         ];
-        let sets = self.sets.iter().map(|set| set.parse());
+        // First, so that their params may be set.
+        let controllers = self.controllers.iter().map(|controller| Override::controller(controller));
+        let sets = controllers.chain(self.sets.iter().map(|set| set.parse()));
         let named = named.into_iter().filter_map(|(option, key, value)| {
             let value = value?;
             Some(format!("{key}={value}").parse().map(|o: Override| o.spelled(format!("--{option} {value}"))))

@@ -44,6 +44,11 @@ pub(crate) struct BatchArgs {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub(super) duration: Option<f64>,
 
+    /// Class in Python that thinks for all robots, or for those of these numbers, such as my.py:ToTheLight or
+    /// my.py:ToTheLight=40-49; may be repeated
+    #[arg(long = "controller", value_name = "FILE.py[:CLASS][=ROBOTS]")]
+    pub(super) controllers: Vec<String>,
+
     /// Set any key of the scenario, such as channel.range_m=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub(super) sets: Vec<String>,

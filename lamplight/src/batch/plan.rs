@@ -8,13 +8,14 @@ use anyhow::{Context, anyhow, bail, ensure};
 use arena::{placement, plan_warnings::warnings};
 use clap::ValueEnum;
 use options::toml_number;
-use scenario::{Override, SEED_MAX, Scenario};
+use scenario::{Override, SEED_MAX, Scenario, ScenarioError};
 use serde::{Deserialize, Serialize};
 
 use super::{
     columns::COLUMNS,
     options::{BatchArgs, Keep},
 };
+use crate::{in_process, run::Engine};
 
 /// Version of the files of a batch.
 const FORMAT: u32 = 1;
@@ -78,6 +79,18 @@ pub(crate) struct Trial<'a> {
     pub(crate) scenario: Scenario,
 }
 
+/// Makes sure that the engine can play `scenario`.
+fn prepare(args: &BatchArgs, scenario: &mut Scenario) -> Result<(), ScenarioError> {
+    let instead = match (args.engine, args.exact) {
+        (Engine::Processes, false) => return scenario.find_controllers(),
+        (Engine::Processes, true) => "leave out --exact, which plays each trial in process as well",
+        (Engine::InProcess, _) => {
+            "use `lamplight batch --engine processes`, or link the crate `engine` and hand it a constructor"
+        }
+    };
+    in_process::prepare(scenario, instead)
+}
+
 impl Plan {
     /// Works out what `args` ask for.
     pub(crate) fn new(args: &BatchArgs) -> anyhow::Result<Self> {
@@ -94,7 +107,8 @@ impl Plan {
         let text = Scenario::text_of(&args.file)?;
         let source = args.file.display().to_string();
         let overrides = args.overrides()?;
-        let base = Scenario::parse(&source, &text, &overrides)?;
+        let mut base = Scenario::parse(&source, &text, &overrides)?;
+        prepare(args, &mut base)?;
         let counts: Vec<Option<i64>> = match args.robots.is_empty() {
             true => vec![None],
             false => args.robots.iter().copied().map(Some).collect(),
@@ -125,19 +139,7 @@ impl Plan {
                     .chain(swept)
                     .collect::<anyhow::Result<_>>()?;
                 let mut scenario = Scenario::parse(&source, &text, &all)?;
-                match args.engine {
-                    crate::run::Engine::InProcess => scenario.refuse_programs(
-                        false,
-                        "use `lamplight batch --engine processes`, or link the crate `engine` and hand it a constructor",
-                    )?,
-                    crate::run::Engine::Processes if args.exact => {
-                        scenario.refuse_programs(
-                            false,
-                            "leave out --exact, which plays each trial in process as well",
-                        )?;
-                    }
-                    crate::run::Engine::Processes => scenario.find_controllers()?,
-                }
+                prepare(args, &mut scenario)?;
                 Setting::new(scenario, values, args.trials)
             })
             .collect::<anyhow::Result<_>>()?;
@@ -262,8 +264,10 @@ impl Setting {
 /// The options that every scenario of a batch gets.
 impl BatchArgs {
     fn overrides(&self) -> anyhow::Result<Vec<Override>> {
+        // First, so that their params may be set.
+        let controllers = self.controllers.iter().map(|controller| Override::controller(controller));
         let mut overrides: Vec<Override> =
-            self.sets.iter().map(|set| set.parse()).collect::<Result<_, _>>()?;
+            controllers.chain(self.sets.iter().map(|set| set.parse())).collect::<Result<_, _>>()?;
         for (option, key, value) in [
             ("seed", "seed", self.seed.map(|seed| seed.to_string())),
             ("duration", "duration_s", self.duration.map(toml_number)),

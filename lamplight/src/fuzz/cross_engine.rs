@@ -20,7 +20,7 @@ use transport::run_dir::RunDir;
 
 use crate::{
     children::{self, Children, tell},
-    name,
+    name, python,
 };
 
 /// How often a child is looked after.
@@ -78,7 +78,7 @@ impl Workshop {
         let name = name::unique(&format!("fuzz-{seed}"));
         let file = |name: &str| self.file(name);
         let mut group = self.children.lock();
-        let mut command = Command::new(env::current_exe().context("cannot find our own program")?);
+        let mut command = Command::new(python::own_program()?);
         command
             .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string(), "--"])
             .arg(file("scenario.toml"))

@@ -1,0 +1,134 @@
+//! The command people type, as a library: its program is [`main`], and so is the Python package, which plays controllers in
+//! Python in one process.
+
+#![forbid(unsafe_code)]
+
+mod batch;
+mod check;
+mod children;
+mod clean;
+mod failure;
+mod fuzz;
+mod in_process;
+mod limits;
+mod log;
+mod name;
+mod outcome;
+mod python;
+mod report;
+mod run;
+mod shrink;
+mod status;
+mod stdout;
+mod summary_text;
+mod supervisor;
+mod top;
+
+use std::ffi::OsString;
+
+use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+pub use crate::{
+    in_process::{PythonConstructor, PythonHost},
+    status::Status,
+};
+
+/// Run a robot swarm the way it would really run: a process per robot
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scenario: start its robots, let them move, and write what happened
+    Run(run::RunArgs),
+    /// Run many trials of a scenario: seeds × robot counts × swept values
+    ///
+    /// Trial i (from 0) of each setting has the seed S + i, where S is the scenario's seed or --seed. A trial ends
+    /// after the scenario's duration_s, or at its convergence if convergence.stop is set. DIR gets trials.csv (a
+    /// row per trial), summary.json (statistics per setting) and scenario.toml. Interrupted or killed, the same
+    /// command goes on where it was, and the result is the same to the last byte; with more --trials the batch grows.
+    /// A trial that loses agents which nobody planned to lose is played again, and marked and left out if it loses
+    /// some again. Exit status: 0 if every trial was played, 1 if one failed or lost agents again, or something
+    /// cannot be written, 2 for bad arguments or a bad scenario, 130 after Ctrl-C.
+    Batch(batch::BatchArgs),
+    /// Shrink a scenario: find the few faults and robots that a failure needs
+    ///
+    /// Runs the scenario in this process with ever fewer faults and robots, as long as the failure shows, and
+    /// saves the smallest one that does. Interrupted, the same command goes on where it was: what it has found
+    /// out is kept in FILE.journal until it is done. Exit status: 0 if a result was saved, 1 if the failure does
+    /// not show in the whole scenario or the result cannot be saved, 2 for bad arguments or a bad scenario, 130 after
+    /// Ctrl-C.
+    Shrink(shrink::ShrinkArgs),
+    /// Fuzz a scenario: run it with random fault plans and check what must always hold
+    ///
+    /// Run i (from 0) has the seed S + i, where S is the scenario's seed or --seed. From it are drawn the start,
+    /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
+    /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts
+    /// --duration, or else fuzz.duration_s, or else the scenario's duration_s, at most 20 seconds of virtual time. A
+    /// failed run prints the command that repeats it. Exit status: 0 if no run failed, 1 if one did, 2 for bad
+    /// arguments or a bad scenario, 130 after Ctrl-C.
+    Fuzz(fuzz::FuzzArgs),
+    /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
+    ///
+    /// Writes DIR/report.html and DIR/figures/*.svg, and says where the page is. The same folder gives the same
+    /// bytes. Only what an earlier report wrote is written over. Exit status: 0, 1 if the page or a figure cannot be
+    /// written, 2 for a folder that is no run and no batch, or whose files cannot be read.
+    Report(report::ReportArgs),
+    /// Watch a live run in the terminal: how fast it goes, who is slow, who is waited for
+    ///
+    /// Only runs of processes can be watched. Keys: q quits, s sorts robots by something else, arrows scroll. Exit
+    /// status: 0, also when the run ends; 1 if it cannot be watched; 2 if there is no such run.
+    Top(top::TopArgs),
+    /// Check a scenario file; errors name the line
+    Check(check::CheckArgs),
+    /// Remove what crashed runs have left in shared memory; live runs are not touched
+    Clean,
+    /// Print the JSON Schema of scenario files, for editors
+    Schema,
+}
+
+/// Does what the `words` of a command line say, of which the first is the name of the program, and returns the exit status.
+/// `python` is who makes controllers in Python, where this process is an interpreter.
+pub fn main(words: impl IntoIterator<Item = OsString>, python: Option<Box<dyn PythonHost>>) -> Status {
+    let cli = match Cli::try_parse_from(words) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // If nobody takes it, there is nobody to tell.
+            let _ = error.print();
+            return if error.use_stderr() { Status::USAGE } else { Status::SUCCESS };
+        }
+    };
+    in_process::host(python);
+    let outcome = match files::survive_size_limit() {
+        Ok(()) => obey(cli.command),
+        Err(error) => Err(Failure::run(error)),
+    };
+    let status = outcome.unwrap_or_else(|failure: Failure| {
+        logging::fatal(env!("CARGO_CRATE_NAME"), &failure.to_string());
+        failure.status()
+    });
+    match log::end() {
+        // Nothing else has failed.
+        false if status == Status::SUCCESS => Status::FAILURE,
+        _ => status,
+    }
+}
+
+fn obey(command: Command) -> Result<Status, Failure> {
+    match command {
+        Command::Run(args) => run::run(&args),
+        Command::Batch(args) => batch::batch(&args),
+        Command::Shrink(args) => shrink::shrink(&args),
+        Command::Fuzz(args) => fuzz::fuzz(&args),
+        Command::Report(args) => report::report(&args),
+        Command::Top(args) => top::top(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Clean => clean::clean(),
+        Command::Schema => stdout::say(&scenario::schema_json()).map(|()| Status::SUCCESS),
+    }
+}

@@ -1,0 +1,15 @@
+"""The command `lamplight` once more, in an interpreter: what `lamplight` becomes to play controllers in Python in one
+process.
+"""
+
+import signal
+import sys
+
+from lamplight import _lamplight
+
+if __name__ == "__main__":
+    # Ctrl-C ends a run, and not a controller's step.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    status = _lamplight.command(sys.argv[1:])
+    sys.stdout.flush()
+    sys.exit(status)

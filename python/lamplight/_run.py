@@ -1,0 +1,226 @@
+"""Runs and batches, asked for in Python: the program `lamplight` does them."""
+
+import contextlib
+import inspect
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+
+from lamplight import _programs
+from lamplight._controller import Controller
+
+
+class RunError(Exception):
+    """A run that could not be done. `status` is the exit status of `lamplight`."""
+
+    def __init__(self, message, status):
+        super().__init__(message)
+        self.status = status
+
+
+class Result:
+    """What a run has left."""
+
+    def __init__(self, folder, keep):
+        self._keep = keep
+        self.folder = folder
+        """The run's folder; of a run without `out` one that goes with this result."""
+        with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+            self.summary = json.load(file)
+
+    @property
+    def digest(self):
+        """The digest of the run: equal runs have equal ones."""
+        return self.summary["digest"]
+
+    @property
+    def metrics(self):
+        """Rows of metrics.csv: a pandas DataFrame where pandas is installed, else a structured array of numpy."""
+        return table(os.path.join(self.folder, "metrics.csv"))
+
+    @property
+    def robots(self):
+        """Rows of robots.csv, one per robot."""
+        return table(os.path.join(self.folder, "robots.csv"))
+
+    def __repr__(self):
+        summary = self.summary
+        return f"<Result of {summary['scenario']}: {summary['ended']} after {summary['ticks']} ticks, digest {self.digest}>"
+
+
+def run(
+    scenario,
+    controller=None,
+    robots=None,
+    *,
+    seed=None,
+    duration=None,
+    settings=None,
+    params=None,
+    engine="processes",
+    mode="lockstep",
+    out=None,
+    quiet=True,
+    options=(),
+):
+    """Runs a scenario and returns its Result.
+
+    Args:
+        scenario: path of a scenario file.
+        controller: a class derived from Controller, or a name such as "my.py:ToTheLight", that thinks for all robots; or
+            a dict of these by robots, such as {"0-9": ToTheLight}: the others keep what the scenario gives them.
+        robots, seed, duration (seconds): in place of the scenario's.
+        settings: other keys of the scenario by their paths, such as {"channel.range_m": 0.8}.
+        params: parameters of the controller, which its constructor gets by name.
+        engine: "processes", one per robot, or "in-process".
+        mode: "lockstep" or "realtime".
+        out: a folder for what the run leaves, which must not be there; without it, it goes with the Result.
+        quiet: whether progress and notes are left out on standard error.
+        options: more options of `lamplight run`, as on its command line.
+
+    Raises:
+        RunError: if the run cannot begin or fails.
+    """
+    with contextlib.ExitStack() as stack:
+        keep = None
+        if out is None:
+            keep = tempfile.TemporaryDirectory(prefix="lamplight-")
+            out = os.path.join(keep.name, "run")
+        words = ["run", *_scenario(stack, scenario, controller, robots, seed, duration, settings, params)]
+        words += ["--engine", engine, "--mode", mode, "--out", os.fspath(out), *map(str, options)]
+        _command(words + ["--quiet"] * quiet)
+        return Result(os.fspath(out), keep)
+
+
+def batch(
+    scenario,
+    controller=None,
+    robots=None,
+    *,
+    out,
+    trials=None,
+    sweep=None,
+    seed=None,
+    duration=None,
+    settings=None,
+    params=None,
+    engine="in-process",
+    quiet=True,
+    options=(),
+):
+    """Plays many trials of a scenario and returns the rows of trials.csv.
+
+    Interrupted, the same call goes on where it was. Arguments are as with `run`, and
+        robots: a number, or a list of them.
+        out: the folder of the batch.
+        trials: trials of each setting.
+        sweep: values of keys of the scenario, such as {"channel.loss": [0, 0.1, 0.2]}.
+
+    Raises:
+        RunError: if a trial fails.
+    """
+    with contextlib.ExitStack() as stack:
+        words = ["batch", *_scenario(stack, scenario, controller, None, seed, duration, settings, params)]
+        if robots is not None:
+            counts = robots if isinstance(robots, (list, tuple)) else [robots]
+            words += ["--robots", ",".join(str(count) for count in counts)]
+        if trials is not None:
+            words += ["--trials", str(trials)]
+        for key, values in (sweep or {}).items():
+            words += ["--sweep", f"{key}={','.join(_toml(value) for value in values)}"]
+        words += ["--engine", engine, "--out", os.fspath(out), *map(str, options)]
+        _command(words + ["--quiet"] * quiet)
+        return table(os.path.join(os.fspath(out), "trials.csv"))
+
+
+def table(path):
+    """Returns the rows of a CSV file: a pandas DataFrame where pandas is installed, else a structured array of numpy."""
+    try:
+        import pandas
+    except ImportError:
+        import numpy
+
+        return numpy.atleast_1d(numpy.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8"))
+    return pandas.read_csv(path)
+
+
+def _scenario(stack, scenario, controller, robots, seed, duration, settings, params):
+    """The words that say which scenario, and what is changed in it."""
+    words = [os.fspath(scenario)]
+    for option, value in (("--robots", robots), ("--seed", seed), ("--duration", duration)):
+        if value is not None:
+            words += [option, str(value)]
+    if isinstance(controller, dict):
+        for theirs, one in controller.items():
+            words += ["--controller", f"{_name(stack, one)}={theirs}"]
+    elif controller is not None:
+        words += ["--controller", _name(stack, controller)]
+    for key, value in (params or {}).items():
+        words += ["--set", f"controller.params.{key}={_toml(value)}"]
+    for key, value in (settings or {}).items():
+        words += ["--set", f"{key}={_toml(value)}"]
+    return words
+
+
+def _name(stack, controller):
+    """The name of a controller on the command line, for as long as `stack` is open."""
+    if isinstance(controller, (str, os.PathLike)):
+        return os.fspath(controller)
+    if not (inspect.isclass(controller) and issubclass(controller, Controller)):
+        raise TypeError(f"a controller is a class derived from lamplight.Controller, or its name, not {controller!r}")
+    if controller.__module__ != "__main__" and "<locals>" not in controller.__qualname__:
+        return f"{inspect.getfile(controller)}:{controller.__name__}"
+    # It is in no file that could be imported without running all that is in it.
+    try:
+        import cloudpickle
+    except ImportError as error:
+        raise ImportError(f"{controller.__name__} is defined in the main program; to hand it on, install cloudpickle") from error
+    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="lamplight-"))
+    path = os.path.join(folder, f"{controller.__name__}.pickle")
+    with open(path, "wb") as file:
+        cloudpickle.dump(controller, file, protocol=pickle.HIGHEST_PROTOCOL)
+    return path
+
+
+def _toml(value):
+    """A value as TOML spells it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(str(key))} = {_toml(it)}" for key, it in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(it) for it in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if hasattr(value, "tolist"):
+        return _toml(value.tolist())
+    return repr(value)
+
+
+def _command(words):
+    """Runs `lamplight`, whose words of trouble are those of the error. Interrupted, it ends first."""
+    command = [_programs.path("lamplight"), *words]
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL if "--quiet" in words else None,
+        stderr=subprocess.PIPE,
+        env=_programs.environment(),
+    )
+    said = []
+    try:
+        for line in process.stderr:
+            said.append(line.decode(errors="replace"))
+            sys.stderr.write(said[-1])
+        process.wait()
+    except BaseException:
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        raise
+    if process.returncode != 0:
+        told = "".join(said[-20:]).strip() or f"lamplight ended with status {process.returncode}"
+        raise RunError(told, process.returncode)
