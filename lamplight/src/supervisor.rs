@@ -27,7 +27,7 @@ use processes::{
 };
 use protocol::robot_id::RobotId;
 use rustix::process::{Pid, Signal, WaitOptions, WaitStatus, wait};
-use scenario::{Controller, Mind, RobotSet, Scenario};
+use scenario::{Controller, Mind, ProgramSpec, RobotSet, Scenario, Speaks};
 use signal_hook::{consts::SIGCHLD, iterator::Signals};
 use squad::moment::Moment;
 use transport::{
@@ -379,10 +379,16 @@ impl<'a> Supervisor<'a> {
         }
         .context("cannot hand the log's pipe to an agent")?;
         let mut command = match mind {
-            Mind::Program(program) => {
-                let (first, rest) = program.command.split_first().expect("reading has refused an empty one");
-                let mut command = Command::new(first);
-                command.args(rest);
+            Mind::Program(ProgramSpec { command: words, speaks, folder, .. }) => {
+                let (first, rest) = words.split_first().expect("reading has refused an empty one");
+                let mut command = match speaks {
+                    Speaks::SharedMemory => Command::new(first),
+                    Speaks::JsonLines => Command::new(beside_us("json-lines-agent")?),
+                };
+                command.args(if *speaks == Speaks::JsonLines { words } else { rest });
+                if let Some(folder) = folder {
+                    command.current_dir(folder);
+                }
                 command
             }
             Mind::Law(_) | Mind::Python(_) => Command::new(&self.agent_program),

@@ -1,13 +1,12 @@
 //! A controller in Python, hosted as any other.
 
-use coverage::neighbors::NeighborTable;
+use neighborhood::{Neighbor, Neighborhood, Setup};
 use protocol::{
     command,
     controller::{Controller, StageObserver},
     giving_up::give_up,
-    packet::Body,
     params::Params,
-    percept::{self, Delivery},
+    percept,
     robot_id::RobotId,
 };
 use pyo3::{
@@ -16,7 +15,6 @@ use pyo3::{
     prelude::*,
     types::{PyDict, PyTuple},
 };
-use scenario::PythonSetup;
 
 use crate::{
     arrays::{NeighborRow, NeighborRows},
@@ -29,30 +27,7 @@ pub(crate) struct PythonController {
     object: Py<PyAny>,
     /// Whether its class tells notes.
     has_notes: bool,
-    neighbors: NeighborTable<Place>,
-    /// Ticks between two cycles, as far as they have been seen: ages are told in cycles.
-    cycles: Vec<percept::Tick>,
-    /// Payloads of neighbors that are too long for their packets, in the order in which they came.
-    long: LongPayloads,
-}
-
-/// Where a neighbor's payload lies, if not in its packet.
-type Place = u32;
-
-/// Long payloads of those who were heard lately.
-#[derive(Debug, Default)]
-struct LongPayloads {
-    kept: std::collections::BTreeMap<Place, Box<[u8]>>,
-    next: Place,
-}
-
-impl LongPayloads {
-    fn keep(&mut self, payload: &[u8]) -> Place {
-        let place = self.next;
-        self.next = place.wrapping_add(1);
-        self.kept.insert(place, payload.into());
-        place
-    }
+    neighborhood: Neighborhood,
 }
 
 impl PythonController {
@@ -62,7 +37,7 @@ impl PythonController {
     /// If the class refuses its parameters.
     pub(crate) fn new(class: &Bound<'_, PyAny>, id: RobotId, params: &Params) -> PyResult<Self> {
         let py = class.py();
-        let setup: PythonSetup = params.json().map_err(|error| PyTypeError::new_err(error.to_string()))?;
+        let setup: Setup = params.json().map_err(|error| PyTypeError::new_err(error.to_string()))?;
         let object = class.call_method1(intern!(py, "__new__"), (class,))?;
         object.setattr(intern!(py, "robot"), id.index)?;
         object.setattr(intern!(py, "life"), u32::from(id.incarnation) + 1)?;
@@ -73,53 +48,27 @@ impl PythonController {
         Ok(Self {
             object: object.unbind(),
             has_notes,
-            neighbors: NeighborTable::new(id, setup.neighbor_timeout_ticks),
-            cycles: Vec::new(),
-            long: LongPayloads::default(),
+            neighborhood: Neighborhood::new(id, setup.neighbor_timeout_ticks),
         })
-    }
-
-    /// Takes in what was heard, with long payloads.
-    fn record(&mut self, percept: &percept::Percept) {
-        let Self { neighbors, long, .. } = self;
-        neighbors.follow(percept.odometry);
-        let kept = |delivery: &Delivery| match delivery.packet.body() {
-            Body::Inline(_) => Place::MAX,
-            Body::Beside { .. } => long.keep(percept.payload(delivery)),
-        };
-        neighbors.record_with(percept.tick, percept.deliveries.iter().map(kept_with(kept)));
-        if !self.long.kept.is_empty() {
-            let used: std::collections::BTreeSet<Place> = self.neighbors.iter().map(|it| it.extra).collect();
-            self.long.kept.retain(|place, _| used.contains(place));
-        }
     }
 
     /// The percept as Python sees it.
     fn shown(&self, py: Python<'_>, percept: &percept::Percept) -> PyResult<Py<Percept>> {
-        let count = self.neighbors.iter().count();
+        let count = self.neighborhood.iter().count();
         let (mut rows, mut said) = (Vec::with_capacity(count), Said::default());
         said.ends.reserve(count);
-        for neighbor in self.neighbors.iter() {
-            let Delivery { packet, range, bearing, orientation } = &neighbor.delivery;
+        for Neighbor { delivery, age_cycles, payload } in self.neighborhood.iter() {
             rows.push(NeighborRow {
-                range_m: range.get(),
-                bearing_rad: bearing.get(),
-                orientation_rad: orientation.get(),
-                sender: packet.sender().index,
-                age_cycles: self.age_cycles(neighbor.heard),
+                range_m: delivery.range.get(),
+                bearing_rad: delivery.bearing.get(),
+                orientation_rad: delivery.orientation.get(),
+                sender: delivery.packet.sender().index,
+                age_cycles,
             });
-            match packet.body() {
-                Body::Inline(payload) => said.bytes.extend_from_slice(payload),
-                Body::Beside { .. } => said.bytes.extend_from_slice(&self.long.kept[&neighbor.extra]),
-            }
+            said.bytes.extend_from_slice(payload);
             said.ends.push(said.bytes.len());
         }
         Py::new(py, Percept::new(percept, Py::new(py, NeighborRows(rows))?, said))
-    }
-
-    /// Cycles that have begun since a tick.
-    fn age_cycles(&self, heard: percept::Tick) -> u32 {
-        self.cycles.iter().rev().take_while(|&&tick| tick > heard).count() as u32
     }
 
     /// Calls a method that gives a command.
@@ -135,10 +84,6 @@ impl PythonController {
         })?;
         Ok(command.get().0.clone())
     }
-}
-
-fn kept_with(mut kept: impl FnMut(&Delivery) -> Place) -> impl FnMut(&Delivery) -> (Delivery, Place) {
-    move |delivery| (*delivery, kept(delivery))
 }
 
 /// Prints an error with its traceback, as Python does. It does not end the interpreter, which Python's own way does for
@@ -164,14 +109,11 @@ impl Controller for PythonController {
     }
 
     fn hear(&mut self, percept: &percept::Percept) {
-        self.record(percept);
+        self.neighborhood.hear(percept);
     }
 
     fn step(&mut self, percept: &percept::Percept, _: &mut dyn StageObserver) -> command::Command {
-        self.record(percept);
-        let remembered = self.neighbors.iter().map(|it| it.heard).min().unwrap_or(percept.tick);
-        self.cycles.retain(|&tick| tick > remembered);
-        self.cycles.push(percept.tick);
+        self.neighborhood.begin_cycle(percept);
         Python::attach(|py| {
             let command = self.shown(py, percept).and_then(|shown| self.command(py, "step", Some(shown)));
             command.unwrap_or_else(|error| raised(py, &error, "step"))

@@ -7,6 +7,7 @@ use std::{env, fs};
 
 use coverage::law::Law;
 use coverage::setup::GradientMode;
+use neighborhood::Setup;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -67,6 +68,8 @@ pub struct ProgramSpec {
     pub command: Vec<String>,
     /// Language in which it gets percepts and gives commands.
     pub speaks: Speaks,
+    /// Absolute path of the folder in which it is started; `None` for that of whoever starts it.
+    pub folder: Option<String>,
     /// Parameters that only it understands.
     pub params: toml::Table,
     /// As many neighbor cycles as the laws of the paper would remember a neighbor: for those who watch.
@@ -97,15 +100,6 @@ pub struct PythonSpec {
     pub params: toml::Table,
     /// For how many neighbor cycles its percepts tell of a neighbor that is not heard.
     pub neighbor_timeout_cycles: NonZeroU32,
-}
-
-/// All that a controller in Python is told before its first tick, as JSON.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PythonSetup {
-    /// Parameters from the scenario.
-    pub params: serde_json::Map<String, serde_json::Value>,
-    /// A neighbor counts while it was heard less than so many ticks ago.
-    pub neighbor_timeout_ticks: u32,
 }
 
 /// Where a robot's gradient of φ comes from.
@@ -289,13 +283,13 @@ impl PythonSpec {
         let Self { file, class, .. } = self;
         class.as_ref().map_or_else(|| file.clone(), |class| format!("{file}:{class}"))
     }
+}
 
-    /// All that it is told, where robots remember a neighbor for so many ticks.
-    pub fn setup(&self, neighbor_timeout_ticks: u32) -> PythonSetup {
-        let params = serde_json::to_value(&self.params).expect(FIT_FOR_JSON);
-        let serde_json::Value::Object(params) = params else { unreachable!("a table is an object") };
-        PythonSetup { params, neighbor_timeout_ticks }
-    }
+/// The parameters of a controller in another language, which remembers neighbors for so many ticks.
+pub(crate) fn setup_of(params: &toml::Table, neighbor_timeout_ticks: u32) -> Setup {
+    let params = serde_json::to_value(params).expect(FIT_FOR_JSON);
+    let serde_json::Value::Object(params) = params else { unreachable!("a table is an object") };
+    Setup { params, neighbor_timeout_ticks }
 }
 
 impl ProgramSpec {

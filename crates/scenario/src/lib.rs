@@ -50,7 +50,7 @@ mod time_out;
 pub use channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profile};
 pub use check::MAX_GAIN_STEP;
 pub use controller::{
-    Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSetup, PythonSpec, Speaks,
+    Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks,
 };
 pub use error::{Origin, Place, ScenarioError};
 pub use fault::{Fault, FaultKind};

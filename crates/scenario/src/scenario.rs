@@ -6,7 +6,7 @@ use protocol::setup::{AgentSetup, ClockSetup, Mode, Plane};
 use protocol::units::{Meters, MetersPerSecond, Seconds};
 
 use crate::channel::ChannelSpec;
-use crate::controller::{Controller, LawSpec, Mind};
+use crate::controller::{Controller, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks, setup_of};
 use crate::error::ScenarioError;
 use crate::fault::draw;
 use crate::fault::kind::{Fault, FaultKind};
@@ -203,9 +203,12 @@ impl Scenario {
             Mind::Law(law) => {
                 Params::encoded(&self.setup_of_law(law, self.neighbor_timeout_ticks(controller)))
             }
-            Mind::Program(program) => Params::of_json(program.json()),
-            Mind::Python(python) => {
-                let setup = python.setup(self.neighbor_timeout_ticks(controller));
+            Mind::Program(program @ ProgramSpec { speaks: Speaks::SharedMemory, .. }) => {
+                Params::of_json(program.json())
+            }
+            Mind::Program(ProgramSpec { params, speaks: Speaks::JsonLines, .. })
+            | Mind::Python(PythonSpec { params, .. }) => {
+                let setup = setup_of(params, self.neighbor_timeout_ticks(controller));
                 Params::of_json(serde_json::to_vec(&setup).expect("its parameters are JSON"))
             }
         }

@@ -88,6 +88,10 @@ pub(crate) struct ProgramKeys {
     /// Language in which it gets percepts and gives commands.
     #[serde(default)]
     speaks: Speaks,
+    /// Folder in which a program that speaks "json-lines" is started, so that its files are found: by default that of this
+    /// file. Any other is started in the folder that lamplight is started in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    folder: Option<String>,
     /// Parameters of the program: any table without dates, which it gets as JSON.
     #[serde(default)]
     #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
@@ -205,6 +209,10 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
     if keys.program.first().is_none_or(String::is_empty) {
         let hint = "name it, such as program = [\"./my-robot\"], or give a `law`";
         return refused("program", "`program` is empty", hint);
+    }
+    if keys.folder.is_some() && keys.speaks != Speaks::JsonLines {
+        let message = "`folder` has no meaning without `speaks = \"json-lines\"`";
+        return refused("folder", message, "remove it, or put `env -C FOLDER` before the program");
     }
     if let Some(at) = keys.program.iter().position(|word| word.contains('\0')) {
         let hint = "the operating system ends a word there; leave it out";
@@ -340,7 +348,12 @@ impl ProgramKeys {
         if let Some(program) = command.first_mut().filter(|program| program.contains('/')) {
             *program = beside(source_name, program, &format!("{path}.program"))?;
         }
-        Ok(ProgramSpec { command, speaks: self.speaks, params: self.params, neighbor_timeout_cycles })
+        let key = format!("{path}.folder");
+        let folder = match self.speaks {
+            Speaks::SharedMemory => None,
+            Speaks::JsonLines => Some(beside(source_name, self.folder.as_deref().unwrap_or(""), &key)?),
+        };
+        Ok(ProgramSpec { command, speaks: self.speaks, folder, params: self.params, neighbor_timeout_cycles })
     }
 }
 
@@ -417,8 +430,8 @@ impl ControllerTable {
     fn of(robots: Option<RobotSet>, mind: Mind) -> Self {
         let law = match mind {
             Mind::Law(law) => law,
-            Mind::Program(ProgramSpec { command, speaks, params, .. }) => {
-                return Self::Program(ProgramKeys { robots, program: command, speaks, params });
+            Mind::Program(ProgramSpec { command, speaks, folder, params, .. }) => {
+                return Self::Program(ProgramKeys { robots, program: command, speaks, folder, params });
             }
             Mind::Python(python) => {
                 return Self::Python(PythonKeys {
