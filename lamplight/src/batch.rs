@@ -11,9 +11,7 @@ mod plan;
 mod summary;
 mod workers;
 
-use std::{
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use logging::Format;
@@ -25,7 +23,7 @@ use self::{
     plan::Plan,
     workers::{Workers, named},
 };
-use crate::{status::Status, failure::Failure, log, stdout::say};
+use crate::{failure::Failure, log, status::Status, stdout::say};
 
 pub(crate) use self::options::BatchArgs;
 

@@ -5,7 +5,7 @@ use clap::Args;
 use logging::Format;
 use options::ScenarioOptions;
 
-use crate::{status::Status, failure::Failure, log, stdout::say};
+use crate::{failure::Failure, log, status::Status, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {

@@ -7,7 +7,7 @@ use transport::{
     run_dir::{Cleared, RunDir, RunName},
 };
 
-use crate::{status::Status, failure::Failure, log, stdout::say};
+use crate::{failure::Failure, log, status::Status, stdout::say};
 
 /// Runs of others that are named.
 const NAMED_MAX: usize = 10;

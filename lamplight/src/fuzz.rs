@@ -25,7 +25,7 @@ use serde::Serialize;
 use self::{cross_engine::Workshop, invariants::Invariants};
 use protocol::setup::Mode;
 
-use crate::{status::Status, failure::Failure, in_process, limits, log, name, stdout::say};
+use crate::{failure::Failure, in_process, limits, log, name, status::Status, stdout::say};
 
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;

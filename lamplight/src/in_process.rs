@@ -73,7 +73,8 @@ pub(crate) fn host(python: Option<Box<dyn PythonHost>>) {
 pub(crate) fn prepare(scenario: &mut Scenario, instead: &str) -> Result<(), ScenarioError> {
     scenario.refuse_programs(true, instead)?;
     scenario.find_controllers()?;
-    let Some(controller) = scenario.controllers.iter().find(|controller| controller.python().is_some()) else {
+    let Some(controller) = scenario.controllers.iter().find(|controller| controller.python().is_some())
+    else {
         return Ok(());
     };
     match PYTHON.get() {
@@ -88,7 +89,9 @@ pub(crate) fn prepare(scenario: &mut Scenario, instead: &str) -> Result<(), Scen
 /// A controller for every robot of `scenario`, which has been [prepared](prepare).
 pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
     let robots = 0..scenario.robot_count();
-    if let Some(setups) = robots.clone().map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>() {
+    if let Some(setups) =
+        robots.clone().map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>()
+    {
         let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
         return Ok(Box::new(InProcess::new(scenario, robots, new)?));
     }
@@ -107,7 +110,8 @@ pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
         })
         .collect::<Result<_, SquadError>>()?;
     let new = move |id: RobotId| {
-        let is_theirs = |(robots, ..): &&(RobotSet, Params, Box<PythonConstructor>)| robots.contains(id.index);
+        let is_theirs =
+            |(robots, ..): &&(RobotSet, Params, Box<PythonConstructor>)| robots.contains(id.index);
         let (_, params, new) = entries.iter().find(is_theirs).expect("every robot has a controller");
         new(id, params).map_err(|why| SquadError(format!("the controller of {id} refuses its params: {why}")))
     };

@@ -106,7 +106,9 @@ impl ForkServer {
                 match serde_json::from_str(&line) {
                     Ok(Word::Pid(pid)) => drop(sender.send(pid)),
                     Ok(word) => tell(word),
-                    Err(error) => tell(Word::Failed(format!("it says `{line}`, which is not understood: {error}"))),
+                    Err(error) => {
+                        tell(Word::Failed(format!("it says `{line}`, which is not understood: {error}")))
+                    }
                 }
             }
             tell(Word::Ended);
@@ -137,7 +139,12 @@ impl ForkServer {
                 );
                 return Err((message, "install the package that was built with this program".into()));
             }
-            Word::Failed(why) => return Err((why, format!("what it has printed is above; {controller} is run by {interpreter}"))),
+            Word::Failed(why) => {
+                return Err((
+                    why,
+                    format!("what it has printed is above; {controller} is run by {interpreter}"),
+                ));
+            }
             Word::Ended if !*is_ready => {
                 let message = format!("{interpreter} ended before it had read {controller}");
                 let hint = format!(
@@ -167,7 +174,9 @@ impl ForkServer {
         let pid = sent.map_err(io::Error::from).ok().map(|_| self.pids.recv_timeout(FORK_TIMEOUT));
         match pid {
             Some(Ok(pid)) => Pid::from_raw(pid).ok_or_else(|| anyhow!("its fork server names no process")),
-            Some(Err(RecvTimeoutError::Timeout)) => bail!("its fork server has not answered for {FORK_TIMEOUT:?}"),
+            Some(Err(RecvTimeoutError::Timeout)) => {
+                bail!("its fork server has not answered for {FORK_TIMEOUT:?}")
+            }
             Some(Err(RecvTimeoutError::Disconnected)) | None => bail!("its fork server has ended"),
         }
     }
@@ -202,5 +211,9 @@ pub(crate) fn own_program() -> anyhow::Result<PathBuf> {
 /// Variables of the environment that the user has not set.
 fn settings() -> HashMap<&'static str, &'static str> {
     let threads = ONE_THREAD.map(|name| (name, "1"));
-    threads.into_iter().chain([(ORDER_VARIABLE, "0")]).filter(|(name, _)| env::var_os(name).is_none()).collect()
+    threads
+        .into_iter()
+        .chain([(ORDER_VARIABLE, "0")])
+        .filter(|(name, _)| env::var_os(name).is_none())
+        .collect()
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use report::ReportError;
 
-use crate::{status::Status, failure::Failure, stdout::say};
+use crate::{failure::Failure, status::Status, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ReportArgs {

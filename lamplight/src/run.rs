@@ -31,10 +31,11 @@ use scenario::{RobotSet, Scenario};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
 
-use crate::{status::Status, 
+use crate::{
     failure::Failure,
     in_process, limits, log, name,
     outcome::Outcome,
+    status::Status,
     stdout::say,
     summary_text,
     supervisor::{self, Watch},

@@ -10,9 +10,7 @@ mod expression;
 mod journal;
 mod swarm;
 
-use std::{
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use arena::{placement, plan_warnings::warnings};
@@ -31,7 +29,7 @@ use self::{
     journal::Journal,
     swarm::{fewest, with_robots},
 };
-use crate::{status::Status, failure::Failure, in_process, log, name, stdout::say};
+use crate::{failure::Failure, in_process, log, name, status::Status, stdout::say};
 
 #[derive(Args, Debug)]
 pub(crate) struct ShrinkArgs {

@@ -411,8 +411,10 @@ impl<'a> Supervisor<'a> {
                 error.context(format!("cannot start the agent of {id}, {program}"))
             }
             Mind::Program(program) => {
-                let message =
-                    format!("the program {} of robots {robots} cannot be started: {error:#}", program.command[0]);
+                let message = format!(
+                    "the program {} of robots {robots} cannot be started: {error:#}",
+                    program.command[0]
+                );
                 anyhow!(controller.error(
                     message,
                     "name one that this machine can run; a script needs a first line such as `#!/usr/bin/env python3`"
@@ -495,7 +497,10 @@ impl<'a> Supervisor<'a> {
         self.kill_arena();
         self.reap();
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
-        while !self.children.lock().agents.is_empty() || self.arena_ended.is_none() || !self.fork_servers.is_empty() {
+        while !self.children.lock().agents.is_empty()
+            || self.arena_ended.is_none()
+            || !self.fork_servers.is_empty()
+        {
             if self.children.lock().agents.is_empty() {
                 // Nobody is to be forked any more.
                 self.fork_servers.values().for_each(ForkServer::dismiss);

@@ -15,7 +15,7 @@ use anyhow::anyhow;
 use clap::Args;
 use transport::run_dir::{RunDir, RunDirError, RunName};
 
-use crate::{status::Status, failure::Failure, stdout::say};
+use crate::{failure::Failure, status::Status, stdout::say};
 use screen::{Layout, View};
 use watch::{Asked, Watcher};
 

@@ -10,6 +10,8 @@ from lamplight import _lamplight
 if __name__ == "__main__":
     # Ctrl-C ends a run, and not a controller's step.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # What controllers print is no result.
+    sys.stdout = sys.stderr
     status = _lamplight.command(sys.argv[1:])
-    sys.stdout.flush()
+    sys.stderr.flush()
     sys.exit(status)

@@ -155,6 +155,8 @@ def _scenario(stack, scenario, controller, robots, seed, duration, settings, par
         if value is not None:
             words += [option, str(value)]
     if isinstance(controller, dict):
+        if params:
+            raise TypeError("params are of one controller for all robots; give those of several in the scenario")
         for theirs, one in controller.items():
             words += ["--controller", f"{_name(stack, one)}={theirs}"]
     elif controller is not None:

@@ -1,10 +1,17 @@
 //! A robot's process whose controller is in Python.
 
-use std::{ffi::OsString, iter, process::ExitCode};
+use std::{
+    ffi::{CString, OsString},
+    iter,
+    process::ExitCode,
+};
 
 use protocol::{params::Params, robot_id::RobotId};
 use pyo3::{exceptions::PyOSError, prelude::*};
-use rustix::process::{Signal, set_parent_process_death_signal};
+use rustix::{
+    process::{Signal, set_parent_process_death_signal},
+    thread::set_name,
+};
 
 use crate::controller::{PythonController, print};
 
@@ -20,9 +27,18 @@ pub(crate) fn run_agent(py: Python<'_>, words: Vec<OsString>, program: &str, cla
             })
         })
     };
+    name_process(&words);
     // Threads that a controller has started go on while it waits.
     let status = py.detach(|| robot_agent::run(iter::once("agent".into()).chain(words), program, new));
     u8::from(status != ExitCode::SUCCESS)
+}
+
+/// Lets `ps` and `top` call this process `robot-7`: its command line is that of whoever has forked it.
+fn name_process(words: &[OsString]) {
+    let robot = words.iter().skip_while(|word| *word != "--robot").nth(1).and_then(|word| word.to_str());
+    let name = robot.and_then(|robot| CString::new(format!("robot-{robot}")).ok());
+    // It is for who looks.
+    let _ = name.map(|name| set_name(&name));
 }
 
 /// Has the operating system end this process as soon as the one that has started it has ended.

@@ -76,7 +76,8 @@ impl Numpy {
     fn get(py: Python<'_>) -> PyResult<&'static Self> {
         NUMPY.get_or_try_init(py, || {
             let numpy = py.import("numpy")?;
-            let dtype = |fields: Vec<(&str, &str)>| Ok::<_, PyErr>(numpy.call_method1("dtype", (fields,))?.unbind());
+            let dtype =
+                |fields: Vec<(&str, &str)>| Ok::<_, PyErr>(numpy.call_method1("dtype", (fields,))?.unbind());
             Ok(Self {
                 asarray: numpy.getattr("asarray")?.unbind(),
                 neighbors: dtype(vec![

@@ -35,7 +35,8 @@ impl Command {
     ) -> PyResult<Self> {
         let velocity = velocity.map_or(Ok(BodyVector::HERE), |velocity| vector("velocity", velocity))?;
         let estimated_error = estimated_error.map(|error| vector("estimated error", error)).transpose()?;
-        let payload = Payload::try_from(payload.unwrap_or(&[])).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let payload = Payload::try_from(payload.unwrap_or(&[]))
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
         Ok(Self(command::Command { estimated_error, velocity, payload }))
     }
 
@@ -60,7 +61,10 @@ impl Command {
     fn __repr__(&self) -> String {
         let (x, y) = self.velocity();
         let error = self.estimated_error().map_or("None".into(), |(x, y)| format!("({x:?}, {y:?})"));
-        format!("Command(velocity=({x:?}, {y:?}), payload={} bytes, estimated_error={error})", self.payload().len())
+        format!(
+            "Command(velocity=({x:?}, {y:?}), payload={} bytes, estimated_error={error})",
+            self.payload().len()
+        )
     }
 }
 

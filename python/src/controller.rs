@@ -41,7 +41,8 @@ impl PythonController {
         let object = class.call_method1(intern!(py, "__new__"), (class,))?;
         object.setattr(intern!(py, "robot"), id.index)?;
         object.setattr(intern!(py, "life"), u32::from(id.incarnation) + 1)?;
-        let params = py.import("json")?.call_method1("loads", (serde_json::Value::from(setup.params).to_string(),))?;
+        let params =
+            py.import("json")?.call_method1("loads", (serde_json::Value::from(setup.params).to_string(),))?;
         object.getattr(intern!(py, "__init__"))?.call(PyTuple::empty(py), Some(params.cast::<PyDict>()?))?;
         let base = py.import("lamplight")?.getattr("Controller")?.getattr("notes")?;
         let has_notes = !class.getattr("notes")?.is(&base);
@@ -72,14 +73,20 @@ impl PythonController {
     }
 
     /// Calls a method that gives a command.
-    fn command(&self, py: Python<'_>, method: &'static str, percept: Option<Py<Percept>>) -> PyResult<command::Command> {
+    fn command(
+        &self,
+        py: Python<'_>,
+        method: &'static str,
+        percept: Option<Py<Percept>>,
+    ) -> PyResult<command::Command> {
         let object = self.object.bind(py);
         let given = match percept {
             Some(percept) => object.call_method1(method, (percept,))?,
             None => object.call_method0(method)?,
         };
         let command = given.cast::<Command>().map_err(|_| {
-            let kind = given.get_type().name().map_or_else(|_| "something else".into(), |name| name.to_string());
+            let kind =
+                given.get_type().name().map_or_else(|_| "something else".into(), |name| name.to_string());
             PyTypeError::new_err(format!("{method} must return a lamplight.Command, and returned {kind}"))
         })?;
         Ok(command.get().0.clone())

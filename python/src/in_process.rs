@@ -15,7 +15,8 @@ struct Interpreter;
 impl PythonHost for Interpreter {
     fn constructor(&self, python: &PythonSpec) -> Result<Box<PythonConstructor>, String> {
         Python::attach(|py| {
-            let loading = py.import("lamplight._controller").and_then(|it| it.getattr("load")?.call1((python.name(),)));
+            let loading =
+                py.import("lamplight._controller").and_then(|it| it.getattr("load")?.call1((python.name(),)));
             let class = loading.map_err(|error| error.value(py).to_string())?.unbind();
             Ok(Box::new(move |id: RobotId, params: &Params| {
                 Python::attach(|py| match PythonController::new(class.bind(py), id, params) {

@@ -57,7 +57,10 @@ impl Said {
 
 impl Percept {
     pub(crate) fn new(percept: &percept::Percept, neighbors: Py<NeighborRows>, said: Said) -> Self {
-        let wall = |wall: &percept::Wall| WallRow { distance_m: wall.distance.get(), bearing_rad: wall.bearing.get() };
+        let wall = |wall: &percept::Wall| WallRow {
+            distance_m: wall.distance.get(),
+            bearing_rad: wall.bearing.get(),
+        };
         Self {
             tick: percept.tick,
             bump: percept.bump,
@@ -79,9 +82,9 @@ impl Percept {
     /// orientation_rad (of the neighbor's heading), sender and age_cycles (0: heard in this cycle). It cannot be written to.
     #[getter]
     fn neighbors<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyAny>> {
-        let array = self.neighbors_array.get_or_try_init(py, || {
-            arrays::neighbors(self.neighbors.bind(py)).map(Bound::unbind)
-        });
+        let array = self
+            .neighbors_array
+            .get_or_try_init(py, || arrays::neighbors(self.neighbors.bind(py)).map(Bound::unbind));
         Ok(array?.bind(py))
     }
 
@@ -100,7 +103,12 @@ impl Percept {
     }
 
     fn __repr__(&self) -> String {
-        format!("Percept(tick={}, neighbors={}, bump={})", self.tick, self.neighbors.get().0.len(), if self.bump { "True" } else { "False" })
+        format!(
+            "Percept(tick={}, neighbors={}, bump={})",
+            self.tick,
+            self.neighbors.get().0.len(),
+            if self.bump { "True" } else { "False" }
+        )
     }
 }
 
@@ -144,7 +152,11 @@ impl Light {
     }
 
     fn __repr__(&self) -> String {
-        format!("Light(value={:?}, bearing_rad={})", self.value(), self.bearing_rad().map_or("None".into(), |it| format!("{it:?}")))
+        format!(
+            "Light(value={:?}, bearing_rad={})",
+            self.value(),
+            self.bearing_rad().map_or("None".into(), |it| format!("{it:?}"))
+        )
     }
 }
 

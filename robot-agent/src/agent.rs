@@ -80,8 +80,8 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let answer = self.transmitter.answer(self.controller.boot());
-        self.notes =
-            Notes::of(&self.controller).map_err(|reason| Refusal::new(self.id, &self.program, "cannot begin", reason))?;
+        self.notes = Notes::of(&self.controller)
+            .map_err(|reason| Refusal::new(self.id, &self.program, "cannot begin", reason))?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }

@@ -292,6 +292,7 @@ fn entries_below(folder: &Path) -> usize {
 pub fn agents_of(name: &str) -> BTreeMap<u32, Pid> {
     let ours = ["--run", name, "--robot"];
     processes("robot-agent")
+        .chain(processes("json-lines-agent"))
         .filter_map(|(pid, arguments)| {
             let at = arguments.windows(3).position(|window| window == ours)?;
             Some((arguments.get(at + 3)?.parse().ok()?, pid))

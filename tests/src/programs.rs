@@ -36,8 +36,34 @@ pub fn scenario(name: &str) -> PathBuf {
 /// `lamplight` with `args`, not yet started.
 pub fn lamplight<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(program("lamplight"));
-    command.args(args).stdin(Stdio::null());
+    command.args(args).stdin(Stdio::null()).env("LAMPLIGHT_PYTHON", interpreter_path());
     command
+}
+
+/// Python with the package that `scripts/test` has made; `None`, said aloud, where there is no Python.
+///
+/// # Panics
+/// If there is one, and not the package.
+pub fn interpreter() -> Option<PathBuf> {
+    let is_new_enough = "import sys; sys.exit(sys.version_info < (3, 10))";
+    let python = Command::new("python3").args(["-c", is_new_enough]).status();
+    if !python.is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: there is no Python of version 3.10 or later");
+        return None;
+    }
+    let path = interpreter_path();
+    let has_package = Command::new(&path).args(["-c", "import lamplight"]).status();
+    assert!(
+        has_package.is_ok_and(|status| status.success()),
+        "{} has no package lamplight: run scripts/test, which makes it",
+        path.display()
+    );
+    Some(path)
+}
+
+fn interpreter_path() -> PathBuf {
+    let test = env::current_exe().expect("a test knows its own program");
+    test.ancestors().nth(3).expect("a test lies in target/PROFILE/deps").join("python/bin/python3")
 }
 
 /// Results of a finished run.

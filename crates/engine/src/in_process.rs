@@ -233,7 +233,9 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
     ) -> Result<(), SquadError> {
         self.robots.iter_mut().for_each(|life| life.boot(self.payload_bytes_max));
         self.take_answers(answers);
-        self.deal_with_ended(answers, |id, why| format!("the controller of {id} ended before it joined: {why}"))?;
+        self.deal_with_ended(answers, |id, why| {
+            format!("the controller of {id} ended before it joined: {why}")
+        })?;
         let has_nobody = |robots: &&RobotSet| {
             let mut lives = self.robots.iter().filter(|life| robots.contains(life.id.index)).peekable();
             lives.peek().is_some() && lives.all(|life| life.is_out)

@@ -220,7 +220,10 @@ impl CommandLine {
         let payload = BASE64_STANDARD.decode(&given.payload).map_err(LineError::Base64)?;
         Ok(command::Command {
             velocity: vector("velocity", given.velocity)?,
-            estimated_error: given.estimated_error.map(|error| vector("estimated error", error)).transpose()?,
+            estimated_error: given
+                .estimated_error
+                .map(|error| vector("estimated error", error))
+                .transpose()?,
             payload: Payload::try_from(&payload[..]).map_err(LineError::Payload)?,
         })
     }
@@ -238,7 +241,8 @@ mod tests {
 
     #[test]
     fn a_command_is_read_with_every_bit() {
-        let line = r#"{"tick":3,"velocity":[0.1,-2e-3],"payload":"aGk=","estimated_error":[1,0.30000000000000004]}"#;
+        let line =
+            r#"{"tick":3,"velocity":[0.1,-2e-3],"payload":"aGk=","estimated_error":[1,0.30000000000000004]}"#;
         let command = read(line, Some(3)).unwrap();
         assert_eq!(command.velocity, BodyVector::new(0.1, -2e-3));
         assert_eq!(command.estimated_error, Some(BodyVector::new(1.0, 0.1 + 0.2)));
@@ -256,7 +260,10 @@ mod tests {
         assert!(refusal(r#"{"tick":3,"payload":"!"}"#).starts_with("its payload is no base64"));
         let long = BASE64_STANDARD.encode([0; 129]);
         assert!(refusal(&format!(r#"{{"tick":3,"payload":"{long}"}}"#)).contains("129 bytes"));
-        assert_eq!(refusal(r#"{"tick":3,"velocity":[1e13,0]}"#), "its velocity is (10000000000000, 0), not within ±1e12");
+        assert_eq!(
+            refusal(r#"{"tick":3,"velocity":[1e13,0]}"#),
+            "its velocity is (10000000000000, 0), not within ±1e12"
+        );
     }
 
     #[test]

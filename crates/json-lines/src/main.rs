@@ -33,10 +33,14 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     }
     let program = words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ");
-    robot_agent::run(iter::once("agent".into()).chain(options), &program, |robot: RobotId, params: &Params| {
-        let setup: Setup = params.json().map_err(|error| error.to_string())?;
-        Interpreter::start(&words, &program, robot, setup)
-    })
+    robot_agent::run(
+        iter::once("agent".into()).chain(options),
+        &program,
+        |robot: RobotId, params: &Params| {
+            let setup: Setup = params.json().map_err(|error| error.to_string())?;
+            Interpreter::start(&words, &program, robot, setup)
+        },
+    )
 }
 
 /// Becomes a program that ends with the process that has started this one.

@@ -173,9 +173,11 @@ impl Controller {
             Mind::Program(ProgramSpec { command, speaks: Speaks::JsonLines, .. }) => {
                 ["json-lines-agent".into()].into_iter().chain(command.iter().cloned()).collect()
             }
-            Mind::Python(python) => {
-                ["python3", "-m", "lamplight.agent"].map(Into::into).into_iter().chain([python.name()]).collect()
-            }
+            Mind::Python(python) => ["python3", "-m", "lamplight.agent"]
+                .map(Into::into)
+                .into_iter()
+                .chain([python.name()])
+                .collect(),
         }
     }
 
@@ -231,10 +233,15 @@ impl Controller {
             self.error(message, "correct its path, which is relative to the scenario file")
         })?;
         let found: String = Sha256::digest(&contents).iter().map(|byte| format!("{byte:02x}")).collect();
-        if let Some(expected) = python.sha256.as_ref().filter(|expected| !expected.eq_ignore_ascii_case(&found)) {
-            let message =
-                format!("the controller {file} of robots {robots} is another one: its SHA-256 is {found}, not {expected}");
-            return Err(self.error(message, "put back the file that it was, or remove `sha256` to run this one"));
+        if let Some(expected) =
+            python.sha256.as_ref().filter(|expected| !expected.eq_ignore_ascii_case(&found))
+        {
+            let message = format!(
+                "the controller {file} of robots {robots} is another one: its SHA-256 is {found}, not {expected}"
+            );
+            return Err(
+                self.error(message, "put back the file that it was, or remove `sha256` to run this one")
+            );
         }
         if let Mind::Python(python) = &mut self.mind {
             python.sha256 = Some(found);
@@ -245,6 +252,12 @@ impl Controller {
     fn find_program(&mut self) -> Result<(), ScenarioError> {
         let Mind::Program(program) = &mut self.mind else { return Ok(()) };
         let name = program.command[0].clone();
+        if let Some(folder) = program.folder.clone().filter(|folder| !Path::new(folder).is_dir()) {
+            return Err(self.error(
+                format!("the folder {folder} of the program {name} of robots {} is none", self.robots),
+                "name one that there is, relative to the scenario file",
+            ));
+        }
         if name.contains('/') {
             return match fs::metadata(&name) {
                 Ok(file) if is_executable(&file) => Ok(()),

@@ -49,9 +49,7 @@ mod time_out;
 
 pub use channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profile};
 pub use check::MAX_GAIN_STEP;
-pub use controller::{
-    Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks,
-};
+pub use controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks};
 pub use error::{Origin, Place, ScenarioError};
 pub use fault::{Fault, FaultKind};
 pub use file::{

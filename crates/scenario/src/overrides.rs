@@ -24,7 +24,9 @@ pub enum OverrideError {
     #[error("expected key.path=value, got `{0}`")]
     NoEquals(String),
     /// A controller's file has no path that is text.
-    #[error("--controller {0}: expected FILE.py:CLASS or FILE.py:CLASS=ROBOTS, with a path that is UTF-8 text")]
+    #[error(
+        "--controller {0}: expected FILE.py:CLASS or FILE.py:CLASS=ROBOTS, with a path that is UTF-8 text"
+    )]
     NoPath(String),
     /// A key of the path is empty.
     #[error("`{0}` has an empty key")]

@@ -182,7 +182,8 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
         [own @ ("program" | "python")] => own,
         _ => {
             if gives("params") {
-                let message = "`params` has no meaning without `program` or `python`: laws have keys of their own";
+                let message =
+                    "`params` has no meaning without `program` or `python`: laws have keys of their own";
                 return refused("params", message, "name the `program` that they are for, or remove them");
             }
             return document.read(path, |_| true).map(ControllerTable::Law);
@@ -193,7 +194,10 @@ fn table(document: &Document<'_>, path: &str) -> Result<ControllerTable, Scenari
     let is_of_laws = |key: &str| key != "robots" && of_laws.pointer(&format!("/properties/{key}")).is_some();
     if let Some(key) = keys.iter().find(|key| is_of_laws(key) && !is_of_python(key)) {
         let message = format!("`{key}` has no meaning beside `{own}`: it is for the laws of the paper");
-        let hint = format!("a {} has its parameters in `params = {{ {key} = ... }}`", if own == "python" { "controller" } else { "program" });
+        let hint = format!(
+            "a {} has its parameters in `params = {{ {key} = ... }}`",
+            if own == "python" { "controller" } else { "program" }
+        );
         return refused(key, &message, &hint);
     }
     if own == "python" {
@@ -232,7 +236,8 @@ fn refuse_foreign_params(
     match foreign {
         None => Ok(()),
         Some((at, what)) => {
-            let message = format!("{path}.{at}: {what}, which JSON has not; programs get their params as JSON");
+            let message =
+                format!("{path}.{at}: {what}, which JSON has not; programs get their params as JSON");
             let problem = problem(&[&format!("{path}.{at}")], message);
             Err(document.blame(problem.hint("give it as text, in quotes, or as another number")))
         }
@@ -351,7 +356,7 @@ impl ProgramKeys {
         let key = format!("{path}.folder");
         let folder = match self.speaks {
             Speaks::SharedMemory => None,
-            Speaks::JsonLines => Some(beside(source_name, self.folder.as_deref().unwrap_or(""), &key)?),
+            Speaks::JsonLines => Some(beside(source_name, self.folder.as_deref().unwrap_or("."), &key)?),
         };
         Ok(ProgramSpec { command, speaks: self.speaks, folder, params: self.params, neighbor_timeout_cycles })
     }
@@ -397,8 +402,10 @@ impl PythonKeys {
 
 /// The absolute path of a file whose path is relative to that of the scenario `source_name`; `key` is where it was written.
 fn beside(source_name: &str, file: &str, key: &str) -> Result<String, Problem> {
-    let beside = Path::new(source_name).parent().unwrap_or(Path::new("")).join(file);
-    let absolute = path::absolute(beside).map(PathBuf::into_os_string).unwrap_or_default();
+    let folder = Path::new(source_name).parent().filter(|folder| !folder.as_os_str().is_empty());
+    let absolute = path::absolute(folder.unwrap_or(Path::new(".")).join(file))
+        .map(PathBuf::into_os_string)
+        .unwrap_or_default();
     // A name with such a character has been read from one that is no UTF-8.
     let named = absolute.into_string().ok().filter(|named| !named.contains(char::REPLACEMENT_CHARACTER));
     named.ok_or_else(|| {

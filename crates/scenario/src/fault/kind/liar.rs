@@ -63,9 +63,10 @@ impl Liar {
     fn check_reading(&self, entry: &Entry<'_>) -> Result<(), Problem> {
         let named = entry.target.choice().and_then(|choice| choice.robots.as_ref());
         let is_struck = |robot: &u32| named.is_none_or(|robots| robots.contains(*robot));
-        let struck = entry.setting.controllers.iter().find_map(|controller| {
-            Some((controller.robots.iter().find(is_struck)?, controller.own_name()?))
-        });
+        let struck =
+            entry.setting.controllers.iter().find_map(|controller| {
+                Some((controller.robots.iter().find(is_struck)?, controller.own_name()?))
+            });
         let Some((robot, program)) = struck.filter(|_| self.light_counts.is_some()) else { return Ok(()) };
         let message =
             format!("`light_counts` has no meaning for robot {robot}: its payload is up to {program}");
