@@ -13,10 +13,12 @@ mod in_process;
 mod limits;
 mod log;
 mod name;
+mod new;
 mod outcome;
 mod python;
 mod report;
 mod run;
+mod schema;
 mod shrink;
 mod status;
 mod stdout;
@@ -88,8 +90,12 @@ enum Command {
     Check(check::CheckArgs),
     /// Remove what crashed runs have left in shared memory; live runs are not touched
     Clean,
+    /// Make a folder to begin with: a controller of your own, with a scenario, a test and a README
+    ///
+    /// Exit status: 0, 1 if it cannot be made, 2 for a name that is taken or none.
+    New(new::NewArgs),
     /// Print the JSON Schema of scenario files, for editors
-    Schema,
+    Schema(schema::SchemaArgs),
 }
 
 /// Does what the `words` of a command line say, of which the first is the name of the program, and returns the exit status.
@@ -129,6 +135,7 @@ fn obey(command: Command) -> Result<Status, Failure> {
         Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
-        Command::Schema => stdout::say(&scenario::schema_json()).map(|()| Status::SUCCESS),
+        Command::New(args) => new::new(&args),
+        Command::Schema(args) => schema::schema(&args),
     }
 }

@@ -10,7 +10,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 const MAGIC: [u8; 4] = *b"LMPL";
 /// Raised whenever the layout of a blob's type changes.
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
 const HEADER_BYTES: usize = MAGIC.len() + size_of::<u16>();
 const CONFIG: Configuration = bincode::config::standard();
 
@@ -77,6 +77,7 @@ mod tests {
             cycle: Seconds::new(0.5).unwrap(),
             clock: ClockSetup { drift_ppm: 0.5, jitter: Seconds::new(0.25).unwrap(), seed: 3 },
             params: Params::of_json(b"{}".to_vec()),
+            memory_max_bytes: Some(1 << 40),
             pid_namespace: None,
         }
     }
@@ -89,7 +90,7 @@ mod tests {
     /// If this fails the layout has changed: raise `VERSION` and record the new bytes.
     #[test]
     fn the_layout_is_golden() {
-        let golden = "4c4d504c0400000180000000000000e03f000000000000e03f000000000000d03f03027b7d00";
+        let golden = "4c4d504c0500000180000000000000e03f000000000000e03f000000000000d03f03027b7d01fd000000000001000000";
         let hex: String = encode(&setup()).iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(hex, golden);
     }

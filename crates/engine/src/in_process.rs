@@ -522,4 +522,60 @@ mod tests {
         }
         assert_eq!(squad.robot_statuses()[0].refused, 2);
     }
+
+    /// Panics at its third percept in its first life if it is robot 1, and gives up in its second.
+    struct Fragile(RobotId, u32);
+
+    impl Controller for Fragile {
+        fn boot(&mut self) -> Command {
+            Command::REST
+        }
+
+        fn step(&mut self, _: &Percept, _: &mut dyn StageObserver) -> Command {
+            self.1 += 1;
+            match (self.0.index, self.0.incarnation, self.1) {
+                (1, 0, 3) => panic!("it is dark"),
+                (1, 1, 3) => give_up("no light for long"),
+                _ => Command::REST,
+            }
+        }
+    }
+
+    #[test]
+    fn a_controller_that_ends_costs_its_own_robot_by_the_policy_of_the_scenario() {
+        for (on_hang, expected) in [
+            ("fail", &[][..]),
+            ("exclude", &["(its controller panicked: it is dark); it is left out from tick 3 on"]),
+            (
+                "restart",
+                &[
+                    "(its controller panicked: it is dark); it is restarted",
+                    "answered tick 5 (no light for long); it is restarted",
+                ],
+            ),
+        ] {
+            let scenario = scenario(&[&format!("processes.on_hang={on_hang}")]);
+            let new = |id: RobotId| Ok(Fragile(id, 0));
+            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new).unwrap());
+            let mut failure = None;
+            for tick in 0..8 {
+                squad.send(&vec![Percept::empty(tick); ROBOTS as usize]).unwrap();
+                if let Err(error) = squad.collect(&mut answers, &mut |_| ()) {
+                    failure = Some((tick, error.to_string()));
+                    break;
+                }
+                assert!(answers[0].is_some() && answers[2].is_some(), "tick {tick}");
+                // A new life has given its first command.
+                let is_there = tick < 2 || on_hang == "restart";
+                assert_eq!(answers[1].is_some(), is_there, "{on_hang} tick {tick}");
+            }
+            let mut incidents = Vec::new();
+            squad.take_incidents(&mut incidents);
+            let told: Vec<_> = incidents.iter().map(|incident| &incident.what[..]).collect();
+            assert_eq!(told.len(), expected.len(), "{told:?}");
+            assert!(told.iter().zip(expected).all(|(what, end)| what.ends_with(end)), "{told:?}");
+            let words = "robot 1 died before it answered tick 2 (its controller panicked: it is dark)";
+            assert_eq!(failure, (on_hang == "fail").then(|| (2, words.into())));
+        }
+    }
 }

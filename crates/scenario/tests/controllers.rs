@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use coverage::law::Law;
 use expect_test::{Expect, expect};
 use protocol::setup::Mode;
-use scenario::{Scenario, ScenarioError};
+use scenario::{Override, Scenario, ScenarioError};
 
 /// Five robots; controllers begin in line 7.
 fn text(controllers: &str) -> String {
@@ -133,14 +133,14 @@ fn a_table_has_the_keys_of_a_law_or_of_a_program() {
     check(
         "[controller]\ngain_per_s = 1\nparams = { a = 1 }",
         expect![[r#"
-        folder/x.toml:9: `params` has no meaning without `program`: laws have keys of their own
-        hint: name the `program` that they are for, or remove them"#]],
+            folder/x.toml:9: `params` has no meaning without `program` or `python`: laws have keys of their own
+            hint: name the `program` that they are for, or remove them"#]],
     );
     check(
         "[[controller]]\nrobots = \"0-4\"",
         expect![[r#"
-            folder/x.toml:7: nobody thinks for these robots: there is neither a `law` nor a `program`
-            hint: give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program`"#]],
+            folder/x.toml:7: nobody thinks for these robots: there is neither a `law` nor a `program`, nor `python`
+            hint: give the law of the paper its gain, such as gain_per_s = 1.0, or name a `program` or a class in `python`"#]],
     );
     check(
         "[controller]\nprogram = [\"x\", \"a\\u0000\"]",
@@ -287,8 +287,8 @@ fn a_program_that_cannot_be_started_is_refused_by_who_would_start_it() {
 
 #[test]
 fn who_starts_no_processes_refuses_programs() {
-    assert_eq!(parse("controller.gain_per_s = 1").expect("a law").refuse_programs("run it"), Ok(()));
-    let error = mixed().refuse_programs("use --engine processes").expect_err("a program").to_string();
+    assert_eq!(parse("controller.gain_per_s = 1").expect("a law").refuse_programs(false, "run it"), Ok(()));
+    let error = mixed().refuse_programs(false, "use --engine processes").expect_err("a program").to_string();
     let folder = std::path::absolute("folder").expect("a path").display().to_string();
     expect![[r#"
         folder/x.toml:11: robots 3-4 need processes: they run DIR/my-robot
@@ -305,4 +305,124 @@ fn a_program_in_a_folder_whose_name_is_no_text_is_refused_with_its_line() {
         caf�/x.toml:7: the folder of caf�/x.toml has a name that is no UTF-8, and so has the program
         hint: move them into another folder"#]]
     .assert_eq(&refusal.to_string());
+}
+
+#[test]
+fn a_class_in_python_may_think_for_robots() {
+    let scenario = parse(
+        "[[controller]]\nrobots = \"0-2\"\ngain_per_s = 1\n[[controller]]\nrobots = [3, 4]\n\
+         python = \"my.py:ToTheLight\"\nneighbor_timeout_cycles = 3\nparams = { speed = 0.1 }\n",
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
+    let controller = scenario.controller_of(4);
+    let python = controller.python().expect("a class");
+    let beside = std::path::absolute("folder/my.py").expect("a path");
+    assert_eq!(
+        (&*python.file, python.class.as_deref()),
+        (beside.to_str().expect("text"), Some("ToTheLight"))
+    );
+    let setup = scenario.agent_setup(Mode::Lockstep, controller);
+    expect![[r#"{"params":{"speed":0.1},"neighbor_timeout_ticks":3}"#]]
+        .assert_eq(str::from_utf8(setup.params.bytes()).expect("text"));
+    let again = Scenario::parse("elsewhere/y.toml", &scenario.to_toml(), &[]).expect("it is sound");
+    assert_eq!(again.controllers, scenario.controllers);
+    assert_eq!(scenario.refuse_programs(true, "no"), Ok(()));
+    assert!(scenario.refuse_programs(false, "no").is_err());
+}
+
+#[test]
+fn keys_of_a_class_in_python_are_checked() {
+    let entry = |keys: &str| format!("[controller]\n{keys}");
+    check(
+        &entry("python = \"my.py:a class\""),
+        expect![[r#"
+            folder/x.toml:8: `a class` is no name of a class
+            hint: name a file and a class in it, such as python = "my.py:ToTheLight""#]],
+    );
+    check(
+        &entry("python = \":ToTheLight\""),
+        expect![[r#"
+            folder/x.toml:8: `:ToTheLight` names no file
+            hint: name a file and a class in it, such as python = "my.py:ToTheLight""#]],
+    );
+    check(
+        &entry("python = \"my.py\"\nprogram = [\"x\"]"),
+        expect![[r#"
+            folder/x.toml:9: an entry has either `program` or `python`, not both
+            hint: give each an entry in [[controller]], with its `robots`"#]],
+    );
+    check(
+        &entry("python = \"my.py\"\ngain_per_s = 1"),
+        expect![[r#"
+            folder/x.toml:9: `gain_per_s` has no meaning beside `python`: it is for the laws of the paper
+            hint: a controller has its parameters in `params = { gain_per_s = ... }`"#]],
+    );
+    check(
+        &entry("program = [\"x\"]\nfolder = \"y\""),
+        expect![[r#"
+            folder/x.toml:9: `folder` has no meaning without `speaks = "json-lines"`
+            hint: remove it, or put `env -C FOLDER` before the program"#]],
+    );
+}
+
+#[test]
+fn a_program_that_speaks_lines_is_started_beside_the_scenario() {
+    let of = |keys: &str| {
+        let scenario =
+            parse(&format!("[controller]\nprogram = [\"node\", \"my.js\"]\nspeaks = \"json-lines\"\n{keys}"));
+        scenario.expect("it is sound").controllers[0].program().expect("a program").folder.clone()
+    };
+    let absolute = |path: &str| Some(std::path::absolute(path).expect("a path").display().to_string());
+    assert_eq!(of(""), absolute("folder"));
+    assert_eq!(of("folder = \"deeper\""), absolute("folder/deeper"));
+}
+
+#[test]
+fn the_command_line_gives_robots_a_controller_in_python() {
+    let given = |controllers: &str, options: &[&str]| {
+        let overrides: Vec<_> =
+            options.iter().map(|option| Override::controller(option).expect("an option")).collect();
+        let scenario = Scenario::parse("folder/x.toml", &text(controllers), &overrides)?;
+        let named = scenario.controllers.iter().map(|controller| {
+            let name =
+                controller.own_name().map(|name| name.rsplit('/').next().unwrap_or_default().to_owned());
+            format!("{}: {}", controller.robots, name.unwrap_or("a law".into()))
+        });
+        Ok::<_, ScenarioError>(named.collect::<Vec<_>>().join("; "))
+    };
+    let law = "[controller]\ngain_per_s = 1";
+    let two = "[[controller]]\nrobots = \"0-2\"\ngain_per_s = 1\n[[controller]]\nrobots = \"3-4\"\nprogram = [\"x\"]";
+    for (controllers, options, expected) in [
+        (law, &["my.py:A"][..], "0-4: my.py:A"),
+        (two, &["my.py"], "0-4: my.py"),
+        (law, &["my.py:A=1-2"], "0,3-4: a law; 1-2: my.py:A"),
+        (two, &["my.py:A=2-3"], "0-1: a law; 4: x; 2-3: my.py:A"),
+        (two, &["my.py:A=0-2", "my.py:B=1"], "3-4: x; 0,2: my.py:A; 1: my.py:B"),
+        (two, &["my.py:A", "my.py:B=1"], "0,2-4: my.py:A; 1: my.py:B"),
+    ] {
+        assert_eq!(given(controllers, options).as_deref(), Ok(expected), "{options:?}");
+    }
+    expect![[r#"
+        --controller my.py:A=7: there is no robot 7: the scenario has robots 0 to 4
+        hint: name those that there are, or take more robots"#]]
+    .assert_eq(&given(law, &["my.py:A=7"]).expect_err("no such robot").to_string());
+    assert!(given(law, &["my.py:A=x"]).is_err());
+}
+
+#[test]
+fn a_file_is_known_by_its_contents() {
+    let folder = folder("contents");
+    fs::write(folder.join("my.py"), "pass\n").expect("a writable file");
+    let source = folder.join("x.toml").display().to_string();
+    let mut scenario =
+        Scenario::parse(&source, &text("[controller]\npython = \"my.py\""), &[]).expect("it is sound");
+    scenario.find_controllers().expect("the file is there");
+    expect!["9f56e761d79bfdb34304a012586cb04d16b435ef6130091a97702e559260a2f2"].assert_eq(
+        scenario.controllers[0].python().and_then(|python| python.sha256.as_deref()).expect("a hash"),
+    );
+    let resolved = scenario.to_toml();
+    let again = || Scenario::parse(&source, &resolved, &[]).expect("it is sound").find_controllers();
+    assert_eq!(again(), Ok(()));
+    fs::write(folder.join("my.py"), "pass \n").expect("a writable file");
+    assert!(again().expect_err("another file").to_string().contains("is another one: its SHA-256 is "));
 }
