@@ -47,21 +47,21 @@ enum Language {
     JsonLines,
 }
 
-const SCENARIO: &str = include_str!("new/scenario.toml");
+const SCENARIO: &str = include_str!("../templates/scenario.toml");
 const PYTHON: &[(&str, &str)] = &[
-    ("controller.py", include_str!("new/python/controller.py")),
-    ("test_controller.py", include_str!("new/python/test_controller.py")),
-    ("README.md", include_str!("new/python/README.md")),
+    ("controller.py", include_str!("../templates/python/controller.py")),
+    ("test_controller.py", include_str!("../templates/python/test_controller.py")),
+    ("README.md", include_str!("../templates/python/README.md")),
 ];
 const JSON_LINES: &[(&str, &str)] = &[
-    ("controller.js", include_str!("new/json-lines/controller.js")),
-    ("test.js", include_str!("new/json-lines/test.js")),
-    ("README.md", include_str!("new/json-lines/README.md")),
+    ("controller.js", include_str!("../templates/json-lines/controller.js")),
+    ("test.js", include_str!("../templates/json-lines/test.js")),
+    ("README.md", include_str!("../templates/json-lines/README.md")),
 ];
 const RUST: &[(&str, &str)] = &[
-    ("Cargo.toml", include_str!("new/rust/Cargo.toml.in")),
-    ("src/main.rs", include_str!("new/rust/main.rs.in")),
-    ("README.md", include_str!("new/rust/README.md")),
+    ("Cargo.toml", include_str!("../templates/rust/Cargo.toml.in")),
+    ("src/main.rs", include_str!("../templates/rust/main.rs.in")),
+    ("README.md", include_str!("../templates/rust/README.md")),
 ];
 
 pub(crate) fn new(args: &NewArgs) -> Result<Status, Failure> {

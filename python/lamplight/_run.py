@@ -5,10 +5,12 @@ import inspect
 import json
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import weakref
 
 from lamplight import _programs
 from lamplight._controller import Controller
@@ -25,8 +27,9 @@ class RunError(Exception):
 class Result:
     """What a run has left."""
 
-    def __init__(self, folder, keep):
-        self._keep = keep
+    def __init__(self, folder, is_temporary):
+        if is_temporary:
+            weakref.finalize(self, shutil.rmtree, os.path.dirname(folder), ignore_errors=True)
         self.folder = folder
         """The run's folder; of a run without `out` one that goes with this result."""
         with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
@@ -86,14 +89,16 @@ def run(
         RunError: if the run cannot begin or fails.
     """
     with contextlib.ExitStack() as stack:
-        keep = None
-        if out is None:
-            keep = tempfile.TemporaryDirectory(prefix="lamplight-")
-            out = os.path.join(keep.name, "run")
+        is_temporary = out is None
+        if is_temporary:
+            folder = tempfile.mkdtemp(prefix="lamplight-")
+            out = os.path.join(folder, "run")
+            # Until there is a result that it goes with.
+            stack.callback(lambda: os.path.exists(os.path.join(out, "summary.json")) or shutil.rmtree(folder))
         words = ["run", *_scenario(stack, scenario, controller, robots, seed, duration, settings, params)]
         words += ["--engine", engine, "--mode", mode, "--out", os.fspath(out), *map(str, options)]
         _command(words + ["--quiet"] * quiet)
-        return Result(os.fspath(out), keep)
+        return Result(os.fspath(out), is_temporary)
 
 
 def batch(
@@ -214,15 +219,14 @@ def _command(words):
         env=_programs.environment(),
     )
     said = []
-    try:
-        for line in process.stderr:
-            said.append(line.decode(errors="replace"))
-            sys.stderr.write(said[-1])
-        process.wait()
-    except BaseException:
-        process.send_signal(signal.SIGINT)
-        process.wait()
-        raise
+    with process:
+        try:
+            for line in process.stderr:
+                said.append(line.decode(errors="replace"))
+                sys.stderr.write(said[-1])
+        except BaseException:
+            process.send_signal(signal.SIGINT)
+            raise
     if process.returncode != 0:
         told = "".join(said[-20:]).strip() or f"lamplight ended with status {process.returncode}"
         raise RunError(told, process.returncode)

@@ -416,3 +416,28 @@ fn nothing_is_left_when_the_supervisor_is_killed_though_a_controller_hangs() {
     });
     assert!(Command::new(program("lamplight")).arg("clean").status().unwrap().success());
 }
+
+#[test]
+fn random_plans_fit_controllers_of_any_kind_and_both_engines_agree_on_them() {
+    if interpreter().is_none() {
+        return;
+    }
+    let folder = folder(CONTROLLER);
+    let output = lamplight(["fuzz", "s.toml", "--runs", "12", "--engine", "both", "--quiet"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let repeated =
+        lamplight(["shrink", "s.toml", "--until", "robots_alive < 12", "--out", "small.toml", "--quiet"])
+            .args([
+                "--set",
+                "fault=[{ kind = \"kill\", at_s = 1, robots = [1] }, { kind = \"loss\", probability = 0.1 }]",
+            ])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+    assert!(repeated.status.success(), "{}", said(&repeated));
+    let small = fs::read_to_string(folder.path().join("small.toml")).unwrap();
+    assert_eq!(small.matches("[[fault]]").count(), 1, "{small}");
+}

@@ -19,6 +19,14 @@ pub struct PayloadHex(Payload);
 pub struct PayloadHexError(String);
 
 impl PayloadHex {
+    /// These bytes; `None` for none at all, or more than any payload has.
+    pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
+        Some(bytes)
+            .filter(|bytes| !bytes.is_empty())
+            .and_then(|bytes| Payload::try_from(bytes).ok())
+            .map(Self)
+    }
+
     /// The bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.0

@@ -33,6 +33,11 @@ pub(crate) struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// Whether laws of the paper think for all robots.
+    pub(crate) fn has_laws_alone(&self) -> bool {
+        self.controllers.iter().all(|controller| controller.law().is_some())
+    }
+
     /// The tick nearest to a time.
     pub(super) fn tick_at(&self, time_s: f64) -> u64 {
         steps::nearest(time_s, self.step_s)

@@ -49,11 +49,21 @@ impl Parameters for Liar {
 
     fn drawn(draw: &mut Drawer<'_>, _: &Window) -> Self {
         let (given, counts) = (1 + draw.below(3), draw.counts_max());
+        let reading = (given & 1 > 0).then(|| draw.finite(counts)).flatten();
+        let identity = (given & 2 > 0).then(|| draw.robot());
+        // Of others' payloads nobody knows what they mean: any bytes will do.
+        let light_counts = reading.filter(|_| draw.setting.has_laws_alone());
+        let bytes = reading.filter(|_| light_counts.is_none()).map(|reading| {
+            let room = usize::from(draw.setting.payload_bytes_max);
+            reading.get().to_le_bytes().into_iter().rev().take(room).collect::<Vec<u8>>()
+        });
+        let payload_hex = bytes.and_then(|bytes| PayloadHex::of(&bytes));
+        let is_honest = light_counts.is_none() && payload_hex.is_none() && identity.is_none();
         Self {
-            light_counts: (given & 1 > 0).then(|| draw.finite(counts)).flatten(),
-            payload_hex: None,
+            light_counts,
+            payload_hex,
             payload_offset: first(),
-            identity: (given & 2 > 0).then(|| draw.robot()),
+            identity: if is_honest { Some(0) } else { identity },
         }
     }
 }

@@ -13,7 +13,7 @@ class {{Name}}Test(unittest.TestCase):
         self.assertEqual(digest("processes"), digest("in-process"))
 
     def test_robots_gather_around_the_lamp(self):
-        distance = lamplight.run("scenario.toml").summary["lamp_distance_m"]
+        distance = lamplight.run("scenario.toml").summary["mean_lamp_distance_m"]
         self.assertLess(distance, 0.8)
 
 
