@@ -10,7 +10,7 @@ use pyo3::{
     prelude::*,
 };
 
-/// What a controller decides: where to go, and what to say next.
+/// A controller's decision: where to go, and what to say next.
 ///
 /// Args:
 ///     velocity: two numbers, meters per second, body frame (x ahead, y to the left).
@@ -46,7 +46,7 @@ impl Command {
         components(self.0.velocity)
     }
 
-    /// What the next packet says.
+    /// Payload of the next packet.
     #[getter]
     fn payload(&self) -> &[u8] {
         &self.0.payload

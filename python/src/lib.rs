@@ -1,7 +1,7 @@
 //! The extension module of the Python package `lamplight`: percepts and commands as Python sees them, and the agent that
 //! has a controller in Python.
 //!
-//! What a user imports is the package in `lamplight/` beside this; it adds what is better said in Python.
+//! A user imports the package in `lamplight/` beside this; it adds what is better said in Python.
 
 #![deny(unsafe_code)]
 

@@ -88,7 +88,7 @@ impl Percept {
         Ok(array?.bind(py))
     }
 
-    /// What each neighbor says, in the order of neighbors: bytes.
+    /// Payloads of the neighbors, in their order: bytes.
     #[getter]
     fn payloads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let all = (0..self.said.ends.len()).filter_map(|neighbor| self.said.of(neighbor));

@@ -45,7 +45,7 @@ pub(crate) struct Agent<C, N> {
     ports: AgentPorts,
     /// Whether the percept waits for an answer.
     waits: bool,
-    /// What messages call the controller.
+    /// Name of the controller in messages.
     program: Box<str>,
     /// The number of this process where the arena is; 0 if it has none there.
     pid: u32,

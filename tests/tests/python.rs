@@ -437,7 +437,7 @@ fn random_plans_fit_controllers_of_any_kind_and_both_engines_agree_on_them() {
             .current_dir(folder.path())
             .output()
             .unwrap();
-    assert!(repeated.status.success(), "{}", said(&repeated));
+    assert!(shrunk.status.success(), "{}", said(&shrunk));
     let small = fs::read_to_string(folder.path().join("small.toml")).unwrap();
-    assert_eq!(small.matches("[[fault]]").count(), 1, "{small}");
+    assert!(small.contains("count = 1\n") && small.contains("my.py"), "{small}");
 }

@@ -23,7 +23,7 @@ pub(crate) const AS_CHILD: &str = "--as-child";
 
 /// A running program.
 pub(crate) struct Interpreter {
-    /// What messages call it.
+    /// Its name in messages.
     name: String,
     child: Child,
     input: ChildStdin,

@@ -81,7 +81,7 @@ pub struct NeighborLine {
     pub orientation_rad: f64,
     /// Cycles since it was heard; 0 if that was in this one.
     pub age_cycles: u32,
-    /// What it says, in base64.
+    /// Payload of its last packet, in base64.
     pub payload: String,
 }
 
@@ -112,7 +112,7 @@ pub struct CommandLine {
     /// Velocity, meters per second, body frame; by default the robot stands still.
     #[serde(default)]
     pub velocity: [f64; 2],
-    /// What the next packet says, in base64.
+    /// Payload of the next packet, in base64.
     #[serde(default)]
     pub payload: String,
     /// How far the robot believes to be from its goal, meters, body frame; null if it does not know.

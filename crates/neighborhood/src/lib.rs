@@ -31,7 +31,7 @@ pub struct Neighbor<'a> {
     pub delivery: &'a Delivery,
     /// Cycles since it was heard; 0 if that was in this one.
     pub age_cycles: u32,
-    /// What it said.
+    /// Payload of that packet.
     pub payload: &'a [u8],
 }
 
@@ -50,7 +50,7 @@ pub struct Neighborhood {
 type Place = u32;
 
 impl Neighborhood {
-    /// Nobody yet. A neighbor counts while it was heard less than `timeout_ticks` ago.
+    /// A neighborhood without anybody. A neighbor counts while it was heard less than `timeout_ticks` ago.
     pub fn new(own: RobotId, timeout_ticks: u32) -> Self {
         Self {
             table: NeighborTable::new(own, timeout_ticks),

@@ -40,7 +40,8 @@ impl Override {
     /// # Errors
     /// If its path is no text.
     pub fn controller(text: &str) -> Result<Self, OverrideError> {
-        let (python, robots) = match text.rsplit_once('=') {
+        // An equals sign in the name of a folder has a slash behind it.
+        let (python, robots) = match text.rsplit_once('=').filter(|(_, robots)| !robots.contains('/')) {
             Some((python, robots)) => (python, Some(robots)),
             None => (text, None),
         };

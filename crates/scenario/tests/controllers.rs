@@ -398,6 +398,7 @@ fn the_command_line_gives_robots_a_controller_in_python() {
         (law, &["my.py:A=1-2"], "0,3-4: a law; 1-2: my.py:A"),
         (two, &["my.py:A=2-3"], "0-1: a law; 4: x; 2-3: my.py:A"),
         (two, &["my.py:A=0-2", "my.py:B=1"], "3-4: x; 0,2: my.py:A; 1: my.py:B"),
+        (law, &["a=1/my.py:A"], "0-4: my.py:A"),
         (two, &["my.py:A", "my.py:B=1"], "0,2-4: my.py:A; 1: my.py:B"),
     ] {
         assert_eq!(given(controllers, options).as_deref(), Ok(expected), "{options:?}");

@@ -38,12 +38,12 @@ struct Pipes {
     count: u64,
 }
 
-/// Who has printed something.
+/// Source of printed lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Whose {
     /// The program that plays a life of a robot.
     Robot(RobotId),
-    /// What makes agents of this controller.
+    /// The fork server of this controller.
     Controller(String),
 }
 
