@@ -70,6 +70,8 @@ pub(crate) struct ForkServer {
     requests: UnixStream,
     pids: Receiver<i32>,
     is_ready: bool,
+    /// Whether its process has ended and been waited for: its number may be another's.
+    has_ended: bool,
 }
 
 /// Has processes whose parents have ended become our children.
@@ -113,12 +115,25 @@ impl ForkServer {
             }
             tell(Word::Ended);
         });
-        Ok(Self { controller, interpreter, pid: Pid::from_child(&child), requests, pids, is_ready: false })
+        Ok(Self {
+            controller,
+            interpreter,
+            pid: Pid::from_child(&child),
+            requests,
+            pids,
+            is_ready: false,
+            has_ended: false,
+        })
     }
 
-    /// Its process.
-    pub(crate) fn pid(&self) -> Pid {
-        self.pid
+    /// Its process, as long as it has not ended.
+    pub(crate) fn pid(&self) -> Option<Pid> {
+        Some(self.pid).filter(|_| !self.has_ended)
+    }
+
+    /// Takes note of a process that has ended, which may be its own. What it has said before is still to be heard.
+    pub(crate) fn note_end(&mut self, pid: Pid) {
+        self.has_ended |= self.pid == pid;
     }
 
     /// Whether it can fork agents.

@@ -482,7 +482,7 @@ impl<'a> Supervisor<'a> {
                 self.order(Order::Lost { id, pid: Some(pid.as_raw_pid().unsigned_abs()), how });
             } else {
                 // A fork server, or somebody's child that has lost its parent.
-                self.fork_servers.retain(|_, server| server.pid() != pid);
+                self.fork_servers.values_mut().for_each(|server| server.note_end(pid));
             }
         }
     }
@@ -499,7 +499,7 @@ impl<'a> Supervisor<'a> {
         let mut deadline = Some(Moment::now() + LEAVE_TIMEOUT);
         while !self.children.lock().agents.is_empty()
             || self.arena_ended.is_none()
-            || !self.fork_servers.is_empty()
+            || self.fork_servers.values().any(|server| server.pid().is_some())
         {
             if self.children.lock().agents.is_empty() {
                 // Nobody is to be forked any more.
@@ -523,7 +523,8 @@ impl<'a> Supervisor<'a> {
             };
             if impatient && deadline.take().is_some() {
                 self.children.lock().agents.keys().for_each(|pid| tell_group(*pid, Signal::KILL));
-                self.fork_servers.values().for_each(|server| tell_group(server.pid(), Signal::KILL));
+                let servers = self.fork_servers.values().filter_map(ForkServer::pid);
+                servers.for_each(|pid| tell_group(pid, Signal::KILL));
             }
             self.reap();
         }

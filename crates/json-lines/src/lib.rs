@@ -120,11 +120,13 @@ pub struct CommandLine {
 }
 
 /// Why a line is no command.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum LineError {
     /// It is no JSON, or not of this form.
-    Json(serde_json::Error),
+    #[error("it is no command: {0}")]
+    Json(#[from] serde_json::Error),
     /// It answers another percept.
+    #[error("it answers {}, and {} was asked", named(*.actual), named(*.expected))]
     Tick {
         /// The tick that was asked.
         expected: Option<Tick>,
@@ -132,29 +134,19 @@ pub enum LineError {
         actual: Option<Tick>,
     },
     /// Its payload is no base64.
-    Base64(base64::DecodeError),
+    #[error("its payload is no base64: {0}")]
+    Base64(#[from] base64::DecodeError),
     /// Its payload is longer than any packet's.
-    Payload(PayloadTooLong),
+    #[error(transparent)]
+    Payload(#[from] PayloadTooLong),
     /// A number that is beyond all reason.
-    Vector(command::Unreasonable),
+    #[error(transparent)]
+    Vector(#[from] command::Unreasonable),
 }
 
-impl std::fmt::Display for LineError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let tick = |tick: &Option<Tick>| tick.map_or("no tick".into(), |tick| format!("tick {tick}"));
-        match self {
-            Self::Json(error) => write!(f, "it is no command: {error}"),
-            Self::Tick { expected, actual } => {
-                write!(f, "it answers {}, and {} was asked", tick(actual), tick(expected))
-            }
-            Self::Base64(error) => write!(f, "its payload is no base64: {error}"),
-            Self::Payload(error) => error.fmt(f),
-            Self::Vector(error) => error.fmt(f),
-        }
-    }
+fn named(tick: Option<Tick>) -> String {
+    tick.map_or("no tick".into(), |tick| format!("tick {tick}"))
 }
-
-impl std::error::Error for LineError {}
 
 impl BootLine {
     /// The first line of a life of a robot.
@@ -210,21 +202,19 @@ impl CommandLine {
     /// # Errors
     /// If it is none, or cannot be carried out.
     pub fn read(line: &[u8], tick: Option<Tick>) -> Result<command::Command, LineError> {
-        let given: Self = serde_json::from_slice(line).map_err(LineError::Json)?;
+        let given: Self = serde_json::from_slice(line)?;
         if given.tick != tick {
             return Err(LineError::Tick { expected: tick, actual: given.tick });
         }
-        let vector = |what, [x, y]: [f64; 2]| {
-            command::within_reason(what, BodyVector::new(x, y)).map_err(LineError::Vector)
-        };
-        let payload = BASE64_STANDARD.decode(&given.payload).map_err(LineError::Base64)?;
+        let vector = |what, [x, y]: [f64; 2]| command::within_reason(what, BodyVector::new(x, y));
+        let payload = BASE64_STANDARD.decode(&given.payload)?;
         Ok(command::Command {
             velocity: vector("velocity", given.velocity)?,
             estimated_error: given
                 .estimated_error
                 .map(|error| vector("estimated error", error))
                 .transpose()?,
-            payload: Payload::try_from(&payload[..]).map_err(LineError::Payload)?,
+            payload: Payload::try_from(&payload[..])?,
         })
     }
 }
