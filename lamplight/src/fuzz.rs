@@ -1,10 +1,10 @@
 //! `lamplight fuzz`: random fault plans, and what must hold whatever they do.
 
-mod cross_engine;
 mod invariants;
 mod plan;
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     time::Instant,
@@ -22,18 +22,24 @@ use processes::signals::{exit_status, raise_on_stop};
 use scenario::{Positive, SEED_MAX, Scenario, Seed};
 use serde::Serialize;
 
-use self::{cross_engine::Workshop, invariants::Invariants};
+use self::invariants::Invariants;
 use protocol::setup::Mode;
 
-use crate::{failure::Failure, in_process, limits, log, name, status::Status, stdout::say};
+use crate::{
+    failure::Failure, in_process, limits, log, name, shrink, status::Status, stdout::say, workshop::Workshop,
+};
 
 /// Shortest time to wait for a robot, in seconds of wall time: a busy machine is no failure.
 const PATIENCE_S: f64 = 60.0;
 
+/// Way out for scenarios in which programs think for robots.
+const INSTEAD: &str =
+    "this plays robots in one process, without programs; `lamplight fuzz` with --engine both plays them";
+
 /// Engines that run each scenario.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Engines {
-    /// In this process and as a process per robot: both must agree
+    /// In this process and as a process per robot, or twice as processes if programs think for robots: both must agree
     #[default]
     Both,
     /// In this process alone: many more runs in the same time
@@ -64,7 +70,7 @@ pub(crate) struct FuzzArgs {
 
 pub(crate) fn fuzz(args: &FuzzArgs) -> Result<Status, Failure> {
     log::begin(args.quiet, Format::Text);
-    let base = base(args)?;
+    let (base, plays_in_process) = base(args)?;
     // It has no faults, whose robots would have to be somewhere.
     log::warn_of(&warnings(&base, &[]));
     if args.engine == Engines::Both {
@@ -78,24 +84,30 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<Status, Failure> {
     let stop = StopFlag::default();
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let workshop = match args.engine {
-        Engines::Both => Some(Workshop::open().map_err(Failure::Run)?),
+        Engines::Both => Some(Workshop::open("fuzz").map_err(Failure::Run)?),
         Engines::InProcess => None,
     };
+    let mut judge = Judge { plays_in_process, workshop, stop: stop.clone(), repeated: 0 };
 
     let began = Instant::now();
     let mut meter = Meter::begin(Some(args.runs), args.quiet);
-    let (mut done, mut failed, mut repeated) = (0, 0, 0);
+    let (mut done, mut failed) = (0, 0);
+    let mut reached = BTreeMap::new();
     for run in 0..args.runs {
         let seed = base.seed.after(run).expect("the last run's seed was checked");
         let scenario = plan::drawn(&base, seed);
-        let outcome = check(&scenario, workshop.as_ref(), &stop, &mut repeated);
+        let outcome = judge.check(&scenario);
         if stop.is_raised() {
             break;
         }
         done += 1;
-        if let Some(what) = outcome? {
+        let Judged { summary, failure } = outcome?;
+        for (name, sometimes) in summary.iter().flat_map(|summary| &summary.properties.sometimes) {
+            *reached.entry(name.clone()).or_insert(false) |= sometimes.reached_by > 0;
+        }
+        if let Some(what) = failure {
             failed += 1;
-            let text = report(args, &scenario, &what);
+            let text = report(args, &scenario, summary.as_ref(), &what);
             meter.aside(|| say(&text))?;
         }
         meter.show(done, || {
@@ -104,23 +116,32 @@ pub(crate) fn fuzz(args: &FuzzArgs) -> Result<Status, Failure> {
         });
     }
     drop(meter);
+    for (name, _) in reached.iter().filter(|(_, is_reached)| !**is_reached) {
+        say(&format!("never reached: sometimes \"{name}\"\n"))?;
+    }
+    let repeated = told(judge.repeated);
     match stop.signal() {
         Some(signal) => {
             let all = args.runs;
-            say(&format!("{done} of {all} runs, {failed} failed{}; interrupted\n", told(repeated)))?;
+            say(&format!("{done} of {all} runs, {failed} failed{repeated}; interrupted\n"))?;
             Ok(Status(exit_status(signal)))
         }
         None => {
-            say(&format!("{done} runs, {failed} failed{}\n", told(repeated)))?;
+            say(&format!("{done} runs, {failed} failed{repeated}\n"))?;
             Ok(if failed > 0 { Status::FAILURE } else { Status::SUCCESS })
         }
     }
 }
 
-/// The scenario that all runs vary: short, patient, without faults of its own.
-fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
+/// The scenario that all runs vary: short, patient, without faults of its own; and whether it can be played in this process.
+fn base(args: &FuzzArgs) -> Result<(Scenario, bool), Failure> {
     let mut base = args.options.load().map_err(Failure::usage)?;
-    in_process::prepare(&mut base, in_process::INSTEAD).map_err(Failure::usage)?;
+    let plays_in_process = in_process::can_play(&base);
+    match plays_in_process || args.engine == Engines::InProcess {
+        true => in_process::prepare(&mut base, INSTEAD),
+        false => base.find_controllers(),
+    }
+    .map_err(Failure::usage)?;
     if base.seed.after(args.runs - 1).is_none() {
         return Err(Failure::Usage(anyhow!(
             "--runs {} from seed {} on go beyond the highest seed, {SEED_MAX}; use fewer runs or a lower --seed",
@@ -138,9 +159,10 @@ fn base(args: &FuzzArgs) -> Result<Scenario, Failure> {
     base.fault.clear();
     // A shorter run may be too short for the channel's cycle, or no whole number of steps.
     let settled = Scenario::parse(&args.options.file.display().to_string(), &base.to_toml(), &[]);
-    settled.map_err(|error| {
+    let settled = settled.map_err(|error| {
         Failure::Usage(anyhow!("with duration_s = {}: {}", base.duration_s.get(), error.message))
-    })
+    })?;
+    Ok((settled, plays_in_process))
 }
 
 /// How many runs were repeated, if any.
@@ -151,42 +173,71 @@ fn told(repeated: u64) -> String {
     }
 }
 
-/// Runs one scenario by one engine or both, and says what does not hold, if something does not.
-///
-/// # Errors
-/// If it cannot be run, through no fault of its own.
-fn check(
-    scenario: &Scenario,
-    workshop: Option<&Workshop>,
-    stop: &StopFlag,
-    repeated: &mut u64,
-) -> Result<Option<String>, Failure> {
-    let text = scenario.to_toml();
-    let summary = match as_it_must_be(&text, stop) {
-        Ok(summary) => summary,
-        Err(what) => return Ok(Some(what)),
-    };
-    let Some(workshop) = workshop else { return Ok(None) };
-    let mut processes = workshop.run(&text, scenario.seed, stop)?;
-    if let Some(why) =
-        processes.as_ref().map_or_else(|error| Some(error.clone()), lost).filter(|_| !stop.is_raised())
-    {
-        // Killed by hand, or by the system where memory is short. What is our own fault shows again.
-        tracing::warn!("seed {} is repeated: {why}", scenario.seed);
-        *repeated += 1;
-        processes = workshop.run(&text, scenario.seed, stop)?;
-    }
-    Ok(processes.and_then(|processes| agree(&summary, &processes)).err())
+/// Runs scenarios and says what does not hold of them.
+struct Judge {
+    plays_in_process: bool,
+    /// Where they run as processes, if they do.
+    workshop: Option<Workshop>,
+    stop: StopFlag,
+    /// How many runs were repeated because they lost processes.
+    repeated: u64,
 }
 
-/// Runs a scenario in this process; the error says what does not hold.
-fn as_it_must_be(text: &str, stop: &StopFlag) -> Result<Summary, String> {
+/// What a scenario came to.
+struct Judged {
+    /// Of its first run, if that came to an end.
+    summary: Option<Summary>,
+    /// What does not hold, if something does not.
+    failure: Option<String>,
+}
+
+impl Judge {
+    /// Runs one scenario by one engine or both, or twice by one.
+    ///
+    /// # Errors
+    /// If it cannot be run, through no fault of its own.
+    fn check(&mut self, scenario: &Scenario) -> Result<Judged, Failure> {
+        let text = scenario.to_toml();
+        let first = match self.plays_in_process {
+            true => in_this_process(&text, &self.stop),
+            false => self.as_processes(&text, scenario.seed)?,
+        };
+        let summary = match first {
+            Ok(summary) => summary,
+            Err(what) => return Ok(Judged { summary: None, failure: Some(what) }),
+        };
+        let mut verdict = invariants::at_end(&summary);
+        if verdict.is_ok() && self.workshop.is_some() {
+            let again = self.as_processes(&text, scenario.seed)?;
+            verdict = again.and_then(|again| agree(&summary, &again));
+        }
+        Ok(Judged { summary: Some(summary), failure: verdict.err() })
+    }
+
+    /// Runs a scenario as processes, once more if it loses some; the inner error says why there is no summary.
+    fn as_processes(&mut self, text: &str, seed: Seed) -> Result<Result<Summary, String>, Failure> {
+        let workshop = self.workshop.as_ref().expect("programs are played by both engines only");
+        let run = || workshop.run(text, seed, &self.stop);
+        let outcome = run()?;
+        let why = outcome.as_ref().map_or_else(|error| Some(error.clone()), lost);
+        match why.filter(|_| !self.stop.is_raised()) {
+            None => Ok(outcome),
+            Some(why) => {
+                // Killed by hand, or by the system where memory is short. What is no accident shows again.
+                tracing::warn!("seed {seed} is repeated: {why}");
+                self.repeated += 1;
+                Ok(run()?)
+            }
+        }
+    }
+}
+
+/// Runs a scenario in this process, looking at each tick; the error says what does not hold.
+fn in_this_process(text: &str, stop: &StopFlag) -> Result<Summary, String> {
     let scenario = Scenario::parse("drawn", text, &[])
         .map_err(|error| format!("the scenario that was drawn is refused: {error}"))?;
-    let summary = in_process::run_quietly(&scenario, stop, vec![&mut Invariants::of(&scenario)])
-        .map_err(|error| format!("{error:#}"))?;
-    invariants::at_end(&summary)?;
-    Ok(summary)
+    in_process::run_quietly(&scenario, stop, vec![&mut Invariants::of(&scenario)])
+        .map_err(|error| format!("{error:#}"))
 }
 
 /// The first agent that was lost without having been meant to be.
@@ -194,14 +245,14 @@ fn lost(summary: &Summary) -> Option<String> {
     summary.incidents.first().map(|incident| incident.what.clone())
 }
 
-/// Do both engines say the same, and the processes nothing that was not planned?
-fn agree(ours: &Summary, processes: &Summary) -> Result<(), String> {
-    same("digest", &processes.digest, &ours.digest)?;
-    same("packets", &processes.end.packets, &ours.end.packets)?;
-    same("robots_alive", &processes.end.robots_alive, &ours.end.robots_alive)?;
-    same("faults", &processes.faults, &ours.faults)?;
-    same("incidents", &processes.incidents, &Vec::new())?;
-    same("commands_refused", &processes.commands_refused, &0)?;
+/// Do both runs say the same, and the processes nothing that was not planned?
+fn agree(first: &Summary, processes: &Summary) -> Result<(), String> {
+    invariants::at_end(processes).map_err(|what| format!("as processes: {what}"))?;
+    same("digest", &processes.digest, &first.digest)?;
+    same("packets", &processes.end.packets, &first.end.packets)?;
+    same("robots_alive", &processes.end.robots_alive, &first.end.robots_alive)?;
+    same("faults", &processes.faults, &first.faults)?;
+    same("properties", &processes.properties, &first.properties)?;
     same("contacts_unsolved", &processes.contacts_unsolved, &0)
 }
 
@@ -213,13 +264,21 @@ fn same<T: PartialEq + Serialize>(key: &str, found: &T, expected: &T) -> Result<
     }
 }
 
-/// Report of a failed run: what broke, how to repeat it, and where its scenario is.
-fn report(args: &FuzzArgs, scenario: &Scenario, what: &str) -> String {
+/// Report of a failed run: what broke, how to repeat it, where its scenario is, and how to shrink it.
+fn report(args: &FuzzArgs, scenario: &Scenario, summary: Option<&Summary>, what: &str) -> String {
     let mut text =
         format!("seed {} failed: {what}\n  repeat: {}\n", scenario.seed, replay(args, scenario.seed));
     if let Some(folder) = &args.out {
         match save(folder, scenario) {
-            Ok(path) => text += &format!("  saved as {}\n", path.display()),
+            Ok(path) => {
+                text += &format!("  saved as {}\n", path.display());
+                let broken = summary.and_then(|summary| summary.properties.broken().next());
+                if let Some((name, _)) = broken {
+                    let until = format!("{} > 0", shrink::path(&["always", name, "broken_by"]));
+                    let words = ["lamplight", "shrink", &path_argument(&path), "--until", &until];
+                    text += &format!("  shrink: {}\n", words.map(quoted).join(" "));
+                }
+            }
             // The command above repeats it all the same.
             Err(error) => text += &format!("  not saved: {error}\n"),
         }

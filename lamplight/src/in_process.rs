@@ -86,6 +86,11 @@ pub(crate) fn prepare(scenario: &mut Scenario, instead: &str) -> Result<(), Scen
     }
 }
 
+/// Whether the controllers of `scenario` can be played in this process: no program thinks for a robot.
+pub(crate) fn can_play(scenario: &Scenario) -> bool {
+    scenario.refuse_programs(true, INSTEAD).is_ok()
+}
+
 /// A controller for every robot of `scenario`, which has been [prepared](prepare).
 pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
     let robots = 0..scenario.robot_count();

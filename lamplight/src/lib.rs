@@ -25,6 +25,7 @@ mod stdout;
 mod summary_text;
 mod supervisor;
 mod top;
+mod workshop;
 
 use std::ffi::OsString;
 
@@ -60,8 +61,8 @@ enum Command {
     Batch(batch::BatchArgs),
     /// Shrink a scenario: find the few faults and robots that a failure needs
     ///
-    /// Runs the scenario in this process with ever fewer faults and robots, as long as the failure shows, and
-    /// saves the smallest one that does. Interrupted, the same command goes on where it was: what it has found
+    /// Runs the scenario with ever fewer faults and robots, as long as the failure shows, and saves the smallest one
+    /// that does: in this process, or as processes if programs think for robots. Interrupted, the same command goes on where it was: what it has found
     /// out is kept in FILE.journal until it is done. Exit status: 0 if a result was saved, 1 if the failure does
     /// not show in the whole scenario or the result cannot be saved, 2 for bad arguments or a bad scenario, 130 after
     /// Ctrl-C.
@@ -72,7 +73,8 @@ enum Command {
     /// a fault plan within the bounds of [fuzz] in the scenario file, in place of the scenario's own, and in half
     /// of the runs another channel. A run that loses processes which nobody planned to lose is repeated. Each run lasts
     /// --duration, or else fuzz.duration_s, or else the scenario's duration_s, at most 20 seconds of virtual time. A
-    /// failed run prints the command that repeats it. Exit status: 0 if no run failed, 1 if one did, 2 for bad
+    /// failed run prints the command that repeats it. What controllers state with `always` must hold; what `sometimes`
+    /// asks for and no run has reached is listed in the end. Exit status: 0 if no run failed, 1 if one did, 2 for bad
     /// arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html

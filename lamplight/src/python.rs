@@ -162,11 +162,7 @@ impl ForkServer {
             }
             Word::Ended if !*is_ready => {
                 let message = format!("{interpreter} ended before it had read {controller}");
-                let hint = format!(
-                    "install the package lamplight in it (`scripts/package wheel` makes it), or name another interpreter by \
-                     {INTERPRETER_VARIABLE}; what it has printed is above"
-                );
-                return Err((message, hint));
+                return Err((message, format!("{INSTALL}; what it has printed is above")));
             }
             Word::Ended | Word::Pid(_) => {}
         }
@@ -204,11 +200,27 @@ fn interpreter() -> OsString {
     named.or_else(|| beside().map(Into::into)).unwrap_or_else(|| "python3".into())
 }
 
+/// What an interpreter does that is to play controllers in one process; `{hint}` is the way out where it has no package.
+const IN_PROCESS: &str = "\
+import sys
+try:
+    from lamplight._in_process import main
+except ImportError as error:
+    print(f'error: {sys.executable} cannot play controllers: {error}\\nhint: {hint}', file=sys.stderr)
+    sys.exit(2)
+main()";
+/// The way out where an interpreter has no package.
+const INSTALL: &str = "install the package lamplight in it (`scripts/package wheel` makes it), or name another interpreter by \
+                       LAMPLIGHT_PYTHON";
+
 /// Has this process be a Python interpreter that does the same command once more. Returns only why it cannot.
 pub(crate) fn become_interpreter() -> String {
     let interpreter = interpreter();
     let mut command = Command::new(&interpreter);
-    command.args(["-m", "lamplight._in_process"]).args(env::args_os().skip(1)).envs(settings());
+    command
+        .args(["-c", &IN_PROCESS.replace("{hint}", INSTALL)])
+        .args(env::args_os().skip(1))
+        .envs(settings());
     if let Ok(us) = env::current_exe() {
         command.env(PROGRAM_VARIABLE, us);
     }

@@ -78,6 +78,10 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     strict_faults: bool,
 
+    /// Fail if what a controller states with `always` did not hold
+    #[arg(long)]
+    strict_properties: bool,
+
     /// Name of the run, for those who watch it or join by hand [default: SCENARIO-RANDOM, such as swarmbots-k3x8mq2f]
     #[arg(long)]
     name: Option<RunName>,
@@ -127,9 +131,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<Status, Failure> {
     }
     let idle = never_fired(&scenario, &summary);
     idle.iter().for_each(|fault| tracing::warn!("{fault} never fired"));
-    match (args.strict_faults, idle.len()) {
-        (true, 1..) => {
+    let broken: Vec<String> = summary.properties.broken().map(summary_text::broken).collect();
+    broken.iter().for_each(|what| tracing::warn!("{what}"));
+    match (args.strict_faults, idle.len(), args.strict_properties, broken.len()) {
+        (true, 1.., ..) => {
             Err(Failure::Run(anyhow!("{} of {} faults never fired", idle.len(), scenario.fault.len())))
+        }
+        (.., true, 1..) => {
+            let all = summary.properties.always.len();
+            Err(Failure::Run(anyhow!(
+                "{} of {all} properties were broken that must always hold",
+                broken.len()
+            )))
         }
         _ => Ok(Status::SUCCESS),
     }

@@ -3,7 +3,7 @@
 //! In:  a scenario that shows a failure, and the failure as an [`Expression`] over `summary.json`.
 //! Out: a scenario file that shows it as well, with fewer faults and robots.
 //!
-//! Candidates run in process, one after the other, so the same command finds the same.
+//! Candidates run one after the other, so the same command finds the same: in process, or as processes where programs think.
 
 mod ddmin;
 mod expression;
@@ -20,16 +20,20 @@ use logging::Format;
 use observe::progress::Meter;
 use options::ScenarioOptions;
 use processes::signals::{exit_status, raise_on_stop};
+use protocol::setup::Mode;
 use scenario::{Fault, Scenario};
 use serde_json::Value;
 
+pub(crate) use self::expression::path;
 use self::{
     ddmin::ddmin,
     expression::Expression,
     journal::Journal,
     swarm::{fewest, with_robots},
 };
-use crate::{failure::Failure, in_process, log, name, status::Status, stdout::say};
+use crate::{
+    failure::Failure, in_process, limits, log, name, status::Status, stdout::say, workshop::Workshop,
+};
 
 #[derive(Args, Debug)]
 pub(crate) struct ShrinkArgs {
@@ -70,7 +74,14 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<Status, Failure> {
     let expression: Expression =
         args.until.parse().with_context(|| format!("--until '{}'", args.until)).map_err(Failure::Usage)?;
     let mut whole = args.options.load().map_err(Failure::usage)?;
-    in_process::prepare(&mut whole, in_process::INSTEAD).map_err(Failure::usage)?;
+    let workshop = if in_process::can_play(&whole) {
+        in_process::prepare(&mut whole, in_process::INSTEAD).map_err(Failure::usage)?;
+        None
+    } else {
+        whole.find_controllers().map_err(Failure::usage)?;
+        limits::prepare(whole.robot_count(), whole.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
+        Some(Workshop::open("shrink").map_err(Failure::Run)?)
+    };
     let poses = placement::start(&whole).map_err(Failure::usage)?;
     log::warn_of(&warnings(&whole, &poses));
     let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
@@ -83,6 +94,7 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<Status, Failure> {
         journal: Journal::open(journal_path(&out)).map_err(Failure::usage)?,
         meter: Meter::begin(None, args.quiet),
         expression,
+        workshop,
         stop,
         tries: 0,
         left: (faults, robots),
@@ -141,6 +153,8 @@ enum Halt {
 struct Search {
     expression: Expression,
     journal: Journal,
+    /// Where candidates run as processes, if they have to.
+    workshop: Option<Workshop>,
     stop: StopFlag,
     meter: Meter,
     /// Candidates run.
@@ -207,7 +221,13 @@ impl Search {
 
     /// Runs a candidate; the inner error says why it cannot be run.
     fn summary(&mut self, candidate: &Scenario) -> Result<anyhow::Result<Value>, Halt> {
-        let summary = in_process::run_quietly(candidate, &self.stop, Vec::new());
+        let summary = match &self.workshop {
+            None => in_process::run_quietly(candidate, &self.stop, Vec::new()),
+            Some(workshop) => {
+                let ran = workshop.run(&candidate.to_toml(), candidate.seed, &self.stop);
+                ran.map_err(|error| Halt::Failure(error.into()))?.map_err(anyhow::Error::msg)
+            }
+        };
         if let Some(signal) = self.stop.signal() {
             return Err(Halt::Interrupted(signal));
         }

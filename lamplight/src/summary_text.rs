@@ -3,7 +3,10 @@
 use std::fmt::{self, Write};
 
 use arena::packets::Packets;
-use engine::summary::{Delivered, Fault, Summary};
+use engine::{
+    properties::{Always, First, Properties, Sometimes},
+    summary::{Delivered, Fault, Summary},
+};
 use profile::{Processes, Spread, StagesUs, Totals};
 use protocol::percept::Tick;
 
@@ -57,6 +60,7 @@ fn write_lines(text: &mut String, summary: &Summary) -> fmt::Result {
         write_delivered(text, delivered)?;
     }
     write_ledger(text, &summary.faults)?;
+    write_properties(text, &summary.properties)?;
     if let Some(tick) = summary.tick_us {
         writeln!(text, "tick: {}", median_and_p99(tick.p50, tick.p99, 0))?;
     }
@@ -95,6 +99,46 @@ fn write_packets(text: &mut String, packets: &Packets) -> fmt::Result {
         write!(text, ", {count} {what}")?;
     }
     writeln!(text)
+}
+
+/// Writes what controllers have stated.
+fn write_properties(text: &mut String, properties: &Properties) -> fmt::Result {
+    for (name, property) in &properties.always {
+        match property.first {
+            Some(_) => writeln!(text, "{}", broken((name, property)))?,
+            None => writeln!(text, "always \"{name}\": held, stated by {}", robots(property.robots))?,
+        }
+    }
+    for (name, Sometimes { robots: all, reached_by, first }) in &properties.sometimes {
+        match first {
+            Some(first) => writeln!(
+                text,
+                "sometimes \"{name}\": reached by {reached_by} of {}, first by {}",
+                robots(*all),
+                at(first)
+            )?,
+            None => writeln!(text, "sometimes \"{name}\": not reached, stated by {}", robots(*all))?,
+        }
+    }
+    Ok(())
+}
+
+/// What to say of a property that must always hold and did not.
+pub(crate) fn broken((name, property): (&str, &Always)) -> String {
+    let first = property.first.as_ref().map_or(String::new(), |first| format!(", first by {}", at(first)));
+    let Always { robots: all, broken_by, .. } = property;
+    format!("always \"{name}\": broken by {broken_by} of {}{first}", robots(*all))
+}
+
+fn robots(count: u32) -> String {
+    if count == 1 { "1 robot".into() } else { format!("{count} robots") }
+}
+
+/// `robot 3 (life 2) at tick 41`.
+fn at(First { robot, life, tick }: &First) -> String {
+    let life = if *life > 1 { format!(" (life {life})") } else { String::new() };
+    let tick = tick.map_or("at the beginning of its life".into(), |tick| format!("at tick {tick}"));
+    format!("robot {robot}{life} {tick}")
 }
 
 /// Bounds that the solver of contacts met; nothing if it met none.

@@ -28,6 +28,8 @@ pub mod packet;
 pub mod params;
 pub mod payload;
 pub mod percept;
+#[cfg(feature = "std")]
+pub mod property;
 pub mod robot_id;
 pub mod setup;
 pub mod units;

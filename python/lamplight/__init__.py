@@ -17,6 +17,8 @@ from lamplight._lamplight import (
     Percept,
     Position,
     __version__,
+    always,
+    sometimes,
 )
 from lamplight._controller import Controller
 from lamplight._run import Result, RunError, batch, run
@@ -32,6 +34,8 @@ __all__ = [
     "Result",
     "RunError",
     "__version__",
+    "always",
     "batch",
     "run",
+    "sometimes",
 ]

@@ -11,6 +11,8 @@ from lamplight._lamplight import Odometry as Odometry
 from lamplight._lamplight import Percept as Percept
 from lamplight._lamplight import Position as Position
 from lamplight._lamplight import __version__ as __version__
+from lamplight._lamplight import always as always
+from lamplight._lamplight import sometimes as sometimes
 
 class Controller:
     """The mind of one robot: percept in, command out."""

@@ -7,7 +7,8 @@ import sys
 
 from lamplight import _lamplight
 
-if __name__ == "__main__":
+
+def main():
     # Ctrl-C ends a run, and not a controller's step.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     # What controllers print is no result.

@@ -11,6 +11,7 @@ mod command;
 mod controller;
 mod in_process;
 mod percept;
+mod property;
 
 use pyo3::pymodule;
 
@@ -24,6 +25,7 @@ mod _lamplight {
         command::Command,
         in_process::command,
         percept::{Compass, Light, Odometry, Percept, Position},
+        property::{always, sometimes},
     };
 
     /// Version of the package, and of the programs that it fits.

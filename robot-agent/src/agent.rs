@@ -11,6 +11,7 @@ use protocol::{
     packet::Frame,
     params::Params,
     percept::{Percept, Tick},
+    property::Properties,
     robot_id::RobotId,
     setup::AgentSetup,
 };
@@ -38,6 +39,7 @@ pub(crate) struct Agent<C, N> {
     controller: C,
     transmitter: Transmitter,
     notes: Notes,
+    properties: Properties,
     new: N,
     // It has room for far more than it mostly holds. Made where it stays, and not moved there, it takes the memory that
     // it uses and no more.
@@ -60,7 +62,8 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         ports: AgentPorts,
         new: N,
     ) -> anyhow::Result<Self> {
-        let controller = new(id, &params)?;
+        let mut properties = Properties::new();
+        let controller = properties.during(None, || new(id, &params))?;
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
         Ok(Self {
             id,
@@ -68,6 +71,7 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
             controller,
             transmitter: Transmitter::new(id),
             notes: Notes::default(),
+            properties,
             new,
             ports,
             percept,
@@ -79,12 +83,14 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
 
     /// Says that this robot is there, and the names of its notes.
     pub(crate) fn announce(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        let answer = self.transmitter.answer(self.controller.boot());
-        self.notes = Notes::of(&self.controller)
-            .map_err(|reason| Refusal::new(self.id, &self.program, "cannot begin", reason))?;
+        let Self { controller, transmitter, properties, .. } = self;
+        let (command, notes) = properties.during(None, || (controller.boot(), Notes::of(controller)));
+        let answer = transmitter.answer(command);
+        self.notes = notes.map_err(|reason| Refusal::new(self.id, &self.program, "cannot begin", reason))?;
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }
+        self.tell_properties(run)?;
         Ok(self.send(BOOT_TICK, &answer, RawTimes::default())?)
     }
 
@@ -115,19 +121,44 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
             return Ok(true);
         }
         self.stopwatch.received();
-        let answer = self.transmitter.answer(self.controller.step(&self.percept, &mut self.stopwatch));
-        self.notes.update(&self.controller);
+        let answer = self.step();
         self.stopwatch.stepped();
+        self.tell_properties(run)?;
         self.send(self.percept.tick, &answer, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
         Ok(true)
     }
 
+    #[inline]
+    fn step(&mut self) -> Answer {
+        let Self { controller, percept, stopwatch, notes, properties, .. } = self;
+        let command = properties.during(Some(percept.tick), || {
+            let command = controller.step(percept, stopwatch);
+            notes.update(controller);
+            command
+        });
+        self.transmitter.answer(command)
+    }
+
+    /// Tells what the controller has stated, if there is news of it.
+    #[inline]
+    pub(crate) fn tell_properties(&mut self, run: &RunDir) -> anyhow::Result<()> {
+        match self.properties.take_news() {
+            true => run
+                .tell_properties(self.id, self.properties.list())
+                .context("cannot tell what the controller has stated"),
+            false => Ok(()),
+        }
+    }
+
     /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
     #[inline(never)]
     fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        self.controller = (self.new)(self.id, &setup_of(run, self.id)?.params)?;
+        let params = setup_of(run, self.id)?.params;
+        self.properties = Properties::new();
+        let Self { new, id, properties, .. } = self;
+        self.controller = properties.during(None, || new(*id, &params))?;
         self.transmitter = Transmitter::new(self.id);
         Ok(())
     }

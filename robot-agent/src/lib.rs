@@ -205,12 +205,14 @@ fn drive<C: Controller, E: fmt::Display>(
     footprint::trim();
     let Joined { setup, run, arena, bell, agent } = &mut *joined;
     tracing::debug!(pid = process::id(), "has joined");
-    let outcome = match setup.mode {
+    let outcome = panic::catch_unwind(AssertUnwindSafe(|| match setup.mode {
         Mode::Lockstep => lockstep::run(agent, bell, run, arena),
         Mode::Realtime => realtime::run(agent, bell, run, arena, setup),
-    };
+    }));
+    // What it has stated in the step that it has ended in, too.
+    let told = agent.tell_properties(run);
     tracing::debug!("leaves");
-    outcome
+    outcome.unwrap_or_else(|panicked| panic::resume_unwind(panicked)).and(told)
 }
 
 /// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.

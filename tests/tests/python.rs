@@ -42,6 +42,8 @@ from lamplight import Command, Controller
 class ToTheLight(Controller):
     def __init__(self, what="nothing", who=3):
         self.what, self.who, self.heap = what, who, []
+        if what == "is_never_made" and self.robot == who:
+            raise ValueError("not today")
 
     def step(self, percept):
         command = Command(velocity=0.1 * percept.light.direction, payload=b"%d" % percept.tick)
@@ -166,6 +168,77 @@ fn whatever_a_controller_does_wrong_costs_it_alone_and_is_named() {
             assert_eq!(in_process["digest"], processes["digest"], "{what} {policy}");
             assert_eq!(in_process["robots_alive"], processes["robots_alive"], "{what} {policy}");
         }
+    }
+}
+
+#[test]
+fn a_controller_that_cannot_be_made_costs_its_own_robot_in_either_engine() {
+    if interpreter().is_none() {
+        return;
+    }
+    let folder = folder(CONTROLLER);
+    let never = ["--set", "controller.params.what=is_never_made"];
+    for policy in ["exclude", "restart"] {
+        let policy = format!("processes.on_hang={policy}");
+        let args = [&never[..], &["--set", &policy]].concat();
+        let in_process = run(folder.path(), &[&args[..], &["--engine", "in-process"]].concat());
+        assert!(said(&in_process).contains("robot 3") && said(&in_process).contains("not today"));
+        let (in_process, processes) = (summary(&in_process), played(folder.path(), &args));
+        assert_eq!((&in_process["robots_alive"], &processes["robots_alive"]), (&json!(11), &json!(11)));
+        assert_eq!(in_process["digest"], processes["digest"], "{policy}");
+    }
+    let all = ["--set", "controller.params.whom=3"];
+    for engine in ["processes", "in-process"] {
+        let output = run(folder.path(), &[&all[..], &["--engine", engine]].concat());
+        assert!(!output.status.success(), "{engine}");
+        assert!(said(&output).contains("unexpected keyword argument 'whom'"), "{engine}: {}", said(&output));
+    }
+}
+
+#[test]
+fn two_runs_may_share_a_script() {
+    if interpreter().is_none() {
+        return;
+    }
+    let folder = folder(CONTROLLER);
+    let started = || {
+        lamplight(["run", "s.toml", "--quiet", "--json"])
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let both = [started(), started()].map(|run| summary(&run.wait_with_output().unwrap()));
+    assert_eq!(both[0]["digest"], both[1]["digest"]);
+    assert_eq!((&both[0]["incidents"], &both[1]["incidents"]), (&json!([]), &json!([])));
+}
+
+#[test]
+fn an_interpreter_that_lacks_something_is_named_with_what_to_do() {
+    if interpreter().is_none() {
+        return;
+    }
+    let (folder, without) = (folder(CONTROLLER), tempfile::tempdir().unwrap());
+    let module = "raise ModuleNotFoundError(\"No module named 'numpy'\", name='numpy')\n";
+    fs::write(without.path().join("numpy.py"), module).unwrap();
+    for engine in ["processes", "in-process"] {
+        let run = || {
+            let mut run = lamplight(["run", "s.toml", "--quiet", "--engine", engine]);
+            run.current_dir(folder.path());
+            run
+        };
+        let output = run().env("PYTHONPATH", without.path()).output().unwrap();
+        assert!(!output.status.success() && said(&output).contains("numpy"), "{engine}: {}", said(&output));
+        // One that is sure not to have it.
+        let output = run().env("LAMPLIGHT_PYTHON", "python3").env("PYTHONPATH", "").output().unwrap();
+        assert_eq!(
+            output.status.code(),
+            Some(if engine == "processes" { 1 } else { 2 }),
+            "{}",
+            said(&output)
+        );
+        assert!(said(&output).contains("hint: install the package lamplight in it"), "{}", said(&output));
     }
 }
 
@@ -338,6 +411,15 @@ other = run("s.toml", controller={"0-5": ToTheLight}, settings={"controller.0.pa
 assert result.digest == same.digest, (result, same)
 assert len(result.metrics) == 5 and len(result.robots) == 12
 assert result.summary["robots"] == 12
+
+import sys
+import numpy
+import pandas
+assert isinstance(result.metrics, pandas.DataFrame), type(result.metrics)
+kept, sys.modules["pandas"] = sys.modules["pandas"], None
+metrics = result.metrics
+assert isinstance(metrics, numpy.ndarray) and metrics["time_s"].tolist() == [0, 1, 2, 3, 4], metrics
+sys.modules["pandas"] = kept
 
 rows = batch("s.toml", controller=ToTheLight, trials=2, sweep={"channel.loss": [0, 0.5]}, out="batch", quiet=True)
 assert len(rows) == 4

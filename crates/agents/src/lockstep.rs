@@ -6,6 +6,8 @@ use profile::CycleTimes;
 use protocol::{
     notes::Notes,
     percept::{Percept, Tick},
+    property::Property,
+    robot_id::RobotId,
     setup::Mode,
 };
 use scenario::{ProcessAction, ProcessFault, Scenario};
@@ -234,6 +236,10 @@ impl Squad for Lockstep {
 
     fn notes(&self, robot: u32) -> Option<&Notes> {
         self.members.notes(robot)
+    }
+
+    fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
+        self.members.take_properties()
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

@@ -10,6 +10,7 @@ use protocol::{
     command::Answer,
     notes::Notes,
     percept::{Percept, Tick},
+    property::Property,
     robot_id::RobotId,
     setup::Mode,
 };
@@ -237,6 +238,10 @@ impl Squad for Realtime {
 
     fn notes(&self, robot: u32) -> Option<&Notes> {
         self.members.notes(robot)
+    }
+
+    fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
+        self.members.take_properties()
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

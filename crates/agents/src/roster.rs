@@ -14,6 +14,7 @@ use protocol::{
     codec,
     notes::Notes,
     percept::{Percept, Tick},
+    property::Property,
     robot_id::RobotId,
     setup::{AgentSetup, Mode, Plane},
 };
@@ -29,7 +30,7 @@ use transport::{
     frame_cache::Frames,
     pid_namespace,
     raw::{BOOT_TICK, CommandError},
-    run_dir::{ByHand, RunDir},
+    run_dir::{ByHand, RunDir, ToldProperties},
     services::{ArenaPorts, Session, remove_dead_files},
     shared_memory::explained,
 };
@@ -536,6 +537,22 @@ impl Roster {
 
     pub(crate) fn notes(&self, robot: u32) -> Option<&Notes> {
         self.members.get(robot as usize).map(|member| &member.notes)
+    }
+
+    /// What all lives have told so far; what is not understood is said and left out.
+    pub(crate) fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
+        let told = self.host.run.take_properties().unwrap_or_else(|error| {
+            tracing::warn!("what controllers have stated cannot be read: {error}");
+            Vec::new()
+        });
+        let understood = |(id, properties): (RobotId, ToldProperties)| match properties {
+            Ok(properties) => Some((id, properties)),
+            Err(why) => {
+                tracing::warn!("what the controller of {id} has stated is not understood: {why}");
+                None
+            }
+        };
+        told.into_iter().filter_map(understood).collect()
     }
 
     /// Sorted by tick and robot: which is seen first is chance.

@@ -1,12 +1,15 @@
 //! The in-process squad: every controller in one plain loop, without a process or a byte of
 //! shared memory between them. Bit for bit what lock-step processes compute.
 
+use std::mem;
+
 use protocol::{
     command::Answer,
     controller::{Controller, Hosted},
     giving_up::{contained, give_up},
     notes::Notes,
     percept::{Percept, Tick},
+    property::{Properties, Property},
     robot_id::RobotId,
 };
 use scenario::{OnHang, ProcessAction, ProcessFault, RobotSet, Scenario};
@@ -29,6 +32,8 @@ pub struct InProcess<C, N> {
     /// The tick of the percepts that were sent last.
     tick: Option<Tick>,
     incidents: Vec<Incident>,
+    /// What lives have stated that are over.
+    stated: Vec<(RobotId, Vec<Property>)>,
 }
 
 /// One life of a robot.
@@ -49,28 +54,42 @@ struct Life<C> {
     refused: u64,
     /// Its notes for those who watch.
     notes: Notes,
+    /// What it states of itself.
+    properties: Properties,
 }
 
 impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
-    /// Makes robots of these numbers of `scenario`, each with a controller of its own by `new`.
+    /// Makes robots of these numbers of `scenario`, each with a controller of its own by `new`. Where that fails, it is a life
+    /// that does not begin.
     ///
     /// # Errors
-    /// The first that `new` fails with.
+    /// The first that `new` fails with, if it does for all robots of a controller.
     pub fn new(
         scenario: &Scenario,
         robots: impl IntoIterator<Item = u32>,
         new: N,
     ) -> Result<Self, SquadError> {
-        let life = |id| Ok(Life::new(id, Some(new(id)?), 0));
-        let robots = robots.into_iter().map(RobotId::first).map(life).collect::<Result<_, _>>()?;
+        let controllers: Vec<RobotSet> =
+            scenario.controllers.iter().map(|controller| controller.robots.clone()).collect();
+        let stillborn = |id, SquadError(why)| Life { ended: Some(why), ..Life::new(id, None, 0) };
+        let life = |id| Life::begin(id, &new, 0).unwrap_or_else(|why| stillborn(id, why));
+        let robots: Vec<Life<C>> = robots.into_iter().map(RobotId::first).map(life).collect();
+        for controller in &controllers {
+            let mut lives = robots.iter().filter(|life| controller.contains(life.id.index)).peekable();
+            let first = lives.peek().and_then(|life| life.ended.clone());
+            if let (Some(why), true) = (first, lives.all(|life| life.ended.is_some())) {
+                return Err(SquadError(why));
+            }
+        }
         Ok(Self {
             robots,
             new,
             payload_bytes_max: scenario.channel.payload_bytes_max.get().into(),
             on_hang: scenario.processes.on_hang,
-            controllers: scenario.controllers.iter().map(|controller| controller.robots.clone()).collect(),
+            controllers,
             tick: None,
             incidents: Vec::new(),
+            stated: Vec::new(),
         })
     }
 
@@ -88,7 +107,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
         match self.on_hang {
             OnHang::Restart => self.begin_anew(place, tick),
             OnHang::Exclude | OnHang::Fail => {
-                self.robots[place] = Life { is_out: true, ..Life::new(id, None, refused) };
+                self.replace(place, Life { is_out: true, ..Life::new(id, None, refused) });
                 Ok(())
             }
         }
@@ -136,14 +155,11 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
     /// Begins a new life of the robot at `place`. If its controller refuses, that is what a process is that does not
     /// join: the scenario says what is done.
     fn begin_anew(&mut self, place: usize, tick: Tick) -> Result<(), SquadError> {
-        let Self { robots, new, payload_bytes_max, on_hang, incidents, .. } = self;
-        let attempts = if *on_hang == OnHang::Restart { STILLBORN_MAX } else { 1 };
-        let robot = &mut robots[place];
+        let attempts = if self.on_hang == OnHang::Restart { STILLBORN_MAX } else { 1 };
         for left in (0..attempts).rev() {
-            let (id, refused) = (robot.id.reborn(), robot.refused);
-            let begun = new(id).and_then(|controller| {
-                let mut life = Life::new(id, Some(controller), refused);
-                life.boot(*payload_bytes_max);
+            let (id, refused) = (self.robots[place].id.reborn(), self.robots[place].refused);
+            let begun = Life::begin(id, &self.new, refused).and_then(|mut life| {
+                life.boot(self.payload_bytes_max);
                 match life.ended.take() {
                     None => Ok(life),
                     Some(why) => Err(SquadError(why)),
@@ -151,23 +167,40 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             });
             let why = match begun {
                 Ok(life) => {
-                    *robot = life;
+                    self.replace(place, life);
                     return Ok(());
                 }
-                Err(why) if *on_hang == OnHang::Fail => return Err(why),
+                Err(why) if self.on_hang == OnHang::Fail => return Err(why),
                 Err(why) => why,
             };
-            *robot = Life { is_out: left == 0, ..Life::new(id, None, refused) };
-            let consequence = if robot.is_out { "left out from here on" } else { "restarted" };
+            self.replace(place, Life { is_out: left == 0, ..Life::new(id, None, refused) });
+            let consequence = if left == 0 { "left out from here on" } else { "restarted" };
             let what = format!("{id} cannot begin: {why}; it is {consequence}");
             tracing::warn!("{what}");
-            incidents.push(Incident { robot: id.index, tick, what });
+            self.incidents.push(Incident { robot: id.index, tick, what });
         }
         Ok(())
+    }
+
+    /// Puts a life in the place of one that is over, of which what it has stated is kept.
+    fn replace(&mut self, place: usize, life: Life<C>) {
+        self.stated.extend(self.robots[place].take_stated());
+        self.robots[place] = life;
     }
 }
 
 impl<C: Controller> Life<C> {
+    /// A life whose controller is made by `new`.
+    fn begin(
+        id: RobotId,
+        new: impl Fn(RobotId) -> Result<C, SquadError>,
+        refused: u64,
+    ) -> Result<Self, SquadError> {
+        let mut properties = Properties::new();
+        let controller = properties.during(None, || new(id))?;
+        Ok(Self { properties, ..Self::new(id, Some(controller), refused) })
+    }
+
     fn new(id: RobotId, controller: Option<C>, refused: u64) -> Self {
         let controller = controller.map(|controller| Hosted::new(id, controller));
         Self {
@@ -179,13 +212,27 @@ impl<C: Controller> Life<C> {
             ended: None,
             refused,
             notes: Notes::default(),
+            properties: Properties::new(),
         }
     }
 
-    /// Has it do something, and answer. One that panics or gives up has ended, and nobody else has.
-    fn act(&mut self, limit: usize, act: impl FnOnce(&mut Hosted<C>, &mut Notes) -> Answer) {
-        let Self { controller, notes, .. } = self;
-        let acted = controller.as_mut().filter(|_| !self.paused).map(|it| contained(|| act(it, notes)));
+    /// Takes what it has stated, if anything.
+    fn take_stated(&mut self) -> Option<(RobotId, Vec<Property>)> {
+        let stated = mem::take(&mut self.properties).into_list();
+        (!stated.is_empty()).then_some((self.id, stated))
+    }
+
+    /// Has it think about the percept of `tick`, or about none, and answer. One that panics or gives up has ended, and nobody
+    /// else has.
+    fn act(
+        &mut self,
+        tick: Option<Tick>,
+        limit: usize,
+        act: impl FnOnce(&mut Hosted<C>, &mut Notes) -> Answer,
+    ) {
+        let Self { controller, notes, properties, .. } = self;
+        let controller = controller.as_mut().filter(|_| !self.paused);
+        let acted = controller.map(|it| contained(|| properties.during(tick, || act(it, notes))));
         self.answer = match acted.transpose() {
             Ok(answer) => answer,
             Err(why) => {
@@ -204,7 +251,7 @@ impl<C: Controller> Life<C> {
     }
 
     fn boot(&mut self, limit: usize) {
-        self.act(limit, |hosted, notes| {
+        self.act(None, limit, |hosted, notes| {
             let answer = hosted.boot();
             *notes = Notes::of(&hosted.controller).unwrap_or_else(|error| give_up(error.to_string()));
             answer
@@ -212,7 +259,7 @@ impl<C: Controller> Life<C> {
     }
 
     fn step(&mut self, percept: &Percept, limit: usize) {
-        self.act(limit, |hosted, notes| {
+        self.act(Some(percept.tick), limit, |hosted, notes| {
             let answer = hosted.step(percept, &mut ());
             notes.update(&hosted.controller);
             answer
@@ -231,7 +278,8 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
         _: &StopFlag,
         _: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        self.robots.iter_mut().for_each(|life| life.boot(self.payload_bytes_max));
+        let begun = self.robots.iter_mut().filter(|life| life.ended.is_none());
+        begun.for_each(|life| life.boot(self.payload_bytes_max));
         self.take_answers(answers);
         self.deal_with_ended(answers, |id, why| {
             format!("the controller of {id} ended before it joined: {why}")
@@ -294,6 +342,13 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
 
     fn notes(&self, robot: u32) -> Option<&Notes> {
         self.robots.iter().find(|life| life.id.index == robot).map(|life| &life.notes)
+    }
+
+    fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
+        let mut stated = mem::take(&mut self.stated);
+        stated.extend(self.robots.iter_mut().filter_map(Life::take_stated));
+        stated.sort_by_key(|(id, _)| *id);
+        stated
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

@@ -43,6 +43,7 @@ mod in_process;
 mod observer;
 pub mod pace;
 mod play;
+pub mod properties;
 mod run;
 pub mod summary;
 

@@ -19,6 +19,7 @@ use crate::{
     cores::Cores,
     observer::{Observer, Observers, RunInfo, TickStamps, TickView, attendance},
     pace::{Lag, Overload, Pace},
+    properties::Properties,
     summary::{Delivered, Ending, Fault, Recovered, Summary, TickTimes},
 };
 
@@ -283,7 +284,9 @@ impl Run<'_, '_> {
         self.pass_on();
         self.squad.dismiss();
         self.pass_on();
-        let mut summary = self.summary(ended, failure, start_up, wall);
+        let stated = self.squad.take_properties();
+        let properties = Properties::of(&stated);
+        let mut summary = Summary { properties, ..self.summary(ended, failure, start_up, wall) };
         let Self { scenario, arena, squad, answers, stamps, mut observers, .. } = self;
         let view = TickView {
             is_last: true,
@@ -326,6 +329,7 @@ impl Run<'_, '_> {
                 .map(|line| Fault { line: line.clone(), recovered: Recovered::default() })
                 .collect(),
             incidents: self.incidents.clone(),
+            properties: Properties::default(),
             tick_us: TickTimes::of(&self.tick_ns),
             lag: self.lag,
             agents: None,

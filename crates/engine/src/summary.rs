@@ -14,7 +14,7 @@ use scenario::{Scenario, Sensor};
 use serde::{Deserialize, Serialize};
 use squad::Incident;
 
-use crate::pace::Lag;
+use crate::{pace::Lag, properties::Properties};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -175,6 +175,9 @@ pub struct Summary {
     pub faults: Vec<Fault>,
     /// Unplanned events.
     pub incidents: Vec<Incident>,
+    /// What controllers state must always hold, or must be reached, and what became of it.
+    #[serde(flatten)]
+    pub properties: Properties,
     /// Wall time of a tick; `null` if none has passed.
     pub tick_us: Option<TickTimes>,
     /// In real time, how it went with the wall clock; else `null`.

@@ -10,6 +10,8 @@
 
 #![forbid(unsafe_code)]
 
+use std::collections::BTreeMap;
+
 use base64::{Engine, prelude::BASE64_STANDARD};
 use neighborhood::Neighborhood;
 use protocol::{
@@ -17,6 +19,7 @@ use protocol::{
     frame::BodyVector,
     payload::{PAYLOAD_BYTES_MAX, Payload, PayloadTooLong},
     percept::{Percept, Stimulus, Tick},
+    property::{self, PropertyError, PropertyKind},
     robot_id::RobotId,
 };
 use schemars::JsonSchema;
@@ -117,6 +120,12 @@ pub struct CommandLine {
     pub payload: String,
     /// How far the robot believes to be from its goal, meters, body frame; null if it does not know.
     pub estimated_error: Option<[f64; 2]>,
+    /// Whether what must always hold does now, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub always: BTreeMap<String, bool>,
+    /// Whether what must be reached at least once is reached now, by name: to be said each time.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sometimes: BTreeMap<String, bool>,
 }
 
 /// Why a line is no command.
@@ -139,6 +148,9 @@ pub enum LineError {
     /// Its payload is longer than any packet's.
     #[error(transparent)]
     Payload(#[from] PayloadTooLong),
+    /// A property whose name is none, or one too many.
+    #[error(transparent)]
+    Property(#[from] PropertyError),
     /// A number that is beyond all reason.
     #[error(transparent)]
     Vector(#[from] command::Unreasonable),
@@ -197,7 +209,7 @@ impl PerceptLine {
 }
 
 impl CommandLine {
-    /// Reads the answer to `tick`, or to the first line.
+    /// Reads the answer to `tick`, or to the first line, and states the properties in it.
     ///
     /// # Errors
     /// If it is none, or cannot be carried out.
@@ -207,6 +219,11 @@ impl CommandLine {
             return Err(LineError::Tick { expected: tick, actual: given.tick });
         }
         let vector = |what, [x, y]: [f64; 2]| command::within_reason(what, BodyVector::new(x, y));
+        for (kind, stated) in
+            [(PropertyKind::Always, &given.always), (PropertyKind::Sometimes, &given.sometimes)]
+        {
+            stated.iter().try_for_each(|(name, &condition)| property::state(kind, condition, name))?;
+        }
         let payload = BASE64_STANDARD.decode(&given.payload)?;
         Ok(command::Command {
             velocity: vector("velocity", given.velocity)?,

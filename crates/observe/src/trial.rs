@@ -9,6 +9,7 @@ use arena::{
 };
 use engine::{
     Incident, Observer, ObserverError, Plan, RobotStatus, StopFlag, TickView,
+    properties::Properties,
     summary::{Ending, Summary},
 };
 use scenario::Scenario;
@@ -46,6 +47,8 @@ pub struct Record {
     pub errors: Vec<Errors>,
     /// Where each robot was at first and at last.
     pub places: Vec<Place>,
+    /// What its controllers have stated.
+    pub properties: Properties,
     /// Unplanned incidents: with any of them, the numbers are not those of the scenario.
     pub incidents: Vec<Incident>,
     /// Whether the same squad can play another trial: every robot takes part in its first life.
@@ -163,6 +166,7 @@ impl Observer for Trial {
                     alive: robot.is_alive(),
                 })
                 .collect(),
+            properties: summary.properties.clone(),
             squad_is_whole: summary.incidents.is_empty() && robots.iter().all(is_fresh),
             incidents: summary.incidents.clone(),
         });

@@ -6,6 +6,8 @@ use profile::CycleTimes;
 use protocol::{
     notes::Notes,
     percept::{Percept, Tick},
+    property::Property,
+    robot_id::RobotId,
 };
 use scenario::ProcessFault;
 
@@ -88,6 +90,12 @@ impl Squad for Composite<'_> {
 
     fn notes(&self, robot: u32) -> Option<&Notes> {
         self.parts.iter().find_map(|part| part.notes(robot))
+    }
+
+    fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
+        let mut taken: Vec<_> = self.parts.iter_mut().flat_map(|part| part.take_properties()).collect();
+        taken.sort_by_key(|(id, _)| *id);
+        taken
     }
 
     fn robot_statuses(&self) -> Vec<RobotStatus> {

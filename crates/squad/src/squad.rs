@@ -7,6 +7,8 @@ use protocol::{
     command::Answer,
     notes::Notes,
     percept::{Percept, Tick},
+    property::Property,
+    robot_id::RobotId,
 };
 use scenario::ProcessFault;
 use serde::{Deserialize, Serialize};
@@ -97,6 +99,10 @@ pub trait Squad {
 
     /// Returns what a robot notes for those who watch, with its last answer; `None` of others' robots.
     fn notes(&self, robot: u32) -> Option<&Notes>;
+
+    /// Takes what the controllers of its robots have stated, by life: asked once the run is over. None of a robot that has
+    /// stated nothing.
+    fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)>;
 
     /// Returns the status of each of its robots, by index.
     fn robot_statuses(&self) -> Vec<RobotStatus>;

@@ -11,6 +11,7 @@
 //! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
 //! over-ROBOT-LIFE   this life is over; for them
 //! notes-ROBOT-LIFE  names of the notes of this life, if it has any
+//! properties-ROBOT-LIFE  what this life states of itself, and what became of it
 //! said-HASH   an agent has said this of its controller, so that others need not
 //! iox2/       iceoryx2's service and node files
 //! ```
@@ -41,9 +42,16 @@ use crate::{
     owner::Owner,
     shared_memory::{PATH as SHARED_MEMORY, SharedMemory, SharedMemoryError},
 };
-use protocol::{codec, robot_id::RobotId};
+use protocol::{
+    codec,
+    property::{PROPERTIES_MAX, PROPERTY_NAME_BYTES_MAX, Properties, Property},
+    robot_id::RobotId,
+};
 
 const PREFIX: &str = "lamplight-";
+const PROPERTIES: &str = "properties-";
+/// More than the properties of a life take, bytes.
+const PROPERTIES_BYTES_MAX: u64 = (PROPERTIES_MAX * (PROPERTY_NAME_BYTES_MAX + 32)) as u64;
 /// Longest name of a run: iceoryx2 adds some 60 characters, a file name ends at 255.
 pub const NAME_MAX: usize = 64;
 
@@ -57,6 +65,9 @@ const TURN_TIMEOUT: Duration = Duration::from_secs(10);
 /// it for an option.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RunName(String);
+
+/// What one life has told that its controller states; or why it cannot be understood.
+pub type ToldProperties = Result<Vec<Property>, String>;
 
 /// Why a string is no name of a run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -412,6 +423,31 @@ impl RunDir {
         self.path().join(format!("notes-{}-{}", id.index, id.incarnation))
     }
 
+    /// An agent tells what its controller states, in place of what it has told before. Whole or not at all: it may be
+    /// killed at any time.
+    pub fn tell_properties(&self, id: RobotId, properties: &[Property]) -> io::Result<()> {
+        let RobotId { index, incarnation } = id;
+        let draft = self.path().join(format!("new-{PROPERTIES}{index}-{incarnation}"));
+        fs::write(&draft, codec::encode(&properties))?;
+        fs::rename(draft, self.path().join(format!("{PROPERTIES}{index}-{incarnation}")))
+    }
+
+    /// Takes what controllers have stated, by life.
+    pub fn take_properties(&self) -> io::Result<Vec<(RobotId, ToldProperties)>> {
+        let mut taken = Vec::new();
+        for entry in fs::read_dir(self.path())? {
+            let path = entry?.path();
+            let Some(id) = path.file_name().and_then(|name| name.to_str()).and_then(life_of_properties)
+            else {
+                continue;
+            };
+            taken.push((id, read_properties(&path)));
+            fs::remove_file(path)?;
+        }
+        taken.sort_by_key(|(id, _)| *id);
+        Ok(taken)
+    }
+
     /// An agent asks whether it is the first of the run to say `words`: a swarm that has one reason gives it once.
     pub fn is_first_to_say(&self, words: &str) -> bool {
         let mut hasher = DefaultHasher::new();
@@ -445,6 +481,23 @@ impl RunDir {
     pub fn prefix(&self) -> String {
         format!("{PREFIX}{}.", self.name)
     }
+}
+
+/// The life whose properties are in a file of this name, if it is one.
+fn life_of_properties(name: &str) -> Option<RobotId> {
+    let (index, incarnation) = name.strip_prefix(PROPERTIES)?.split_once('-')?;
+    Some(RobotId { index: index.parse().ok()?, incarnation: incarnation.parse().ok()? })
+}
+
+fn read_properties(path: &Path) -> Result<Vec<Property>, String> {
+    let length = fs::metadata(path).map_err(|error| error.to_string())?.len();
+    if length > PROPERTIES_BYTES_MAX {
+        return Err(format!("{length} bytes are more than {PROPERTIES_BYTES_MAX}"));
+    }
+    let properties: Vec<Property> = fs::read(path)
+        .map_err(|error| error.to_string())
+        .and_then(|bytes| codec::decode(&bytes).map_err(|error| error.to_string()))?;
+    Properties::check(&properties).map_err(|error| error.to_string()).map(|()| properties)
 }
 
 /// Does something that must not overlap with another run's making or removal on this machine.
@@ -481,6 +534,8 @@ fn failed(path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
 
 #[cfg(test)]
 mod tests {
+    use protocol::property::always;
+
     use super::*;
 
     fn name(what: &str) -> RunName {
@@ -527,6 +582,31 @@ mod tests {
         assert!(dir.note_names(id.reborn()).is_err());
         fs::write(dir.note_names_path(id), b"garbled").unwrap();
         assert!(dir.note_names(id).is_err());
+        dir.remove_own(owner).unwrap();
+    }
+
+    #[test]
+    fn properties_are_taken_as_each_life_has_told_them_last() {
+        let (dir, owner) = RunDir::create(name("properties")).unwrap();
+        let (id, mut properties) = (RobotId::first(30), Properties::new());
+        properties.during(Some(2), || always(true, "sound"));
+        dir.tell_properties(id, properties.list()).unwrap();
+        properties.during(Some(3), || always(false, "sound"));
+        dir.tell_properties(id, properties.list()).unwrap();
+        dir.tell_properties(id.reborn(), &[]).unwrap();
+        fs::write(dir.path().join("properties-4-0"), b"garbled").unwrap();
+        fs::write(dir.path().join("properties-5-0"), [0; PROPERTIES_BYTES_MAX as usize + 1]).unwrap();
+        fs::write(dir.path().join("properties-of-nobody"), b"").unwrap();
+        let [(garbled, why), (long, too_long), (first, told), (second, none)] =
+            &dir.take_properties().unwrap()[..]
+        else {
+            panic!("there are four lives");
+        };
+        assert_eq!((garbled.index, long.index, *first, *second), (4, 5, id, id.reborn()));
+        assert!(why.as_ref().unwrap_err().contains("not a Lamplight blob"));
+        assert!(too_long.as_ref().unwrap_err().contains("bytes are more than"));
+        assert_eq!((told, none), (&Ok(properties.list().to_vec()), &Ok(Vec::new())));
+        assert_eq!(dir.take_properties().unwrap(), []);
         dir.remove_own(owner).unwrap();
     }
 

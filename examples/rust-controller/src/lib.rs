@@ -8,6 +8,7 @@ use protocol::{
     frame::BodyVector,
     params::Params,
     percept::{Percept, Stimulus},
+    property::{always, sometimes},
     robot_id::RobotId,
 };
 use serde::Deserialize;
@@ -39,12 +40,16 @@ impl Controller for Phototaxis {
             Stimulus::Bearing(bearing) => BodyVector::new(speed, 0.0).turned(bearing.get()).0,
             Stimulus::None => BodyVector::HERE.0,
         };
-        for heard in percept.deliveries.iter().filter(|heard| heard.range.get() < NEAR_M) {
+        let near = percept.deliveries.iter().filter(|heard| heard.range.get() < NEAR_M);
+        sometimes(near.clone().count() > 2, "a crowd");
+        for heard in near {
             let push = speed * (1.0 - heard.range.get() / NEAR_M);
             velocity -= BodyVector::new(2.0 * push, 0.0).turned(heard.bearing.get()).0;
         }
         // It has no estimated error: it does not know how far it is from where it wants to be. Nor does it tell
         // others anything but that it is there: its packets have no payload.
-        Command { velocity: BodyVector(velocity).capped(speed), ..Command::REST }
+        let velocity = BodyVector(velocity).capped(speed);
+        always(velocity.length() <= speed * (1.0 + 1e-9), "no faster than allowed");
+        Command { velocity, ..Command::REST }
     }
 }

@@ -3,7 +3,7 @@
 /// Columns of `trials.csv` before those of the sweeps.
 pub(super) const KEYS: [&str; 4] = ["setting", "trial", "seed", "robots"];
 /// Columns of `trials.csv` that name no sweep.
-pub(super) const COLUMNS: [&str; 34] = [
+pub(super) const COLUMNS: [&str; 36] = [
     "setting",
     "trial",
     "seed",
@@ -37,6 +37,8 @@ pub(super) const COLUMNS: [&str; 34] = [
     "robots_without_mass",
     "packets_in_range",
     "packets_heard",
+    "always_broken",
+    "sometimes_unreached",
     "digest",
 ];
 /// How a trial ended that lost agents which nobody planned to lose, each time it was played.

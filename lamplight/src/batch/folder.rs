@@ -353,6 +353,8 @@ fn row(trial: &Trial<'_>, done: &Done) -> Vec<String> {
     row.extend([end.robots_without_error, end.robots_with_open_cell].map(|count| count.to_string()));
     row.push(end.robots_without_mass.to_string());
     row.extend([end.packets.in_range, end.packets.heard].map(|count| count.to_string()));
+    let properties = &record.properties;
+    row.extend([properties.broken().count(), properties.unreached().count()].map(|count| count.to_string()));
     row.push(record.digest.clone());
     row
 }

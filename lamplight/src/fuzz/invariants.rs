@@ -8,6 +8,8 @@ use engine::{
 };
 use scenario::Scenario;
 
+use crate::summary_text;
+
 /// How far rounding may put a body into a wall, meters.
 const SLACK_M: f64 = 1e-9;
 
@@ -75,7 +77,7 @@ fn has_ground(cell: &Polygon) -> bool {
     cell.first().is_some_and(|&about| Moments::of(cell, about).area > 0.0)
 }
 
-/// Did the run end as it should, with every packet accounted for?
+/// Did the run end as it should, with every robot and packet accounted for, and what its controllers state?
 pub(crate) fn at_end(summary: &Summary) -> Result<(), String> {
     match summary.ended {
         Ending::Finished | Ending::Converged => {}
@@ -83,6 +85,15 @@ pub(crate) fn at_end(summary: &Summary) -> Result<(), String> {
         Ending::Failed => {
             return Err(summary.failure.clone().unwrap_or_else(|| "the run failed, nobody knows why".into()));
         }
+    }
+    if let Some(incident) = summary.incidents.first() {
+        return Err(format!("tick {}: {}", incident.tick, incident.what));
+    }
+    if summary.commands_refused > 0 {
+        return Err(format!("{} commands were refused", summary.commands_refused));
+    }
+    if let Some(broken) = summary.properties.broken().next() {
+        return Err(summary_text::broken(broken));
     }
     summary.end.packets.check()
 }

@@ -6,7 +6,7 @@
 //! single     = ("!" | "not") single | "(" either ")" | comparison
 //! comparison = operand ("<" | "<=" | ">" | ">=" | "==" | "!=") operand
 //! operand    = path | number | "text" | 'text' | true | false | null
-//! path       = key { "." (key | index) }
+//! path       = key { "." (key | index | "text" | 'text') }
 //! ```
 //!
 //! In:  a text, and the summary of a run.
@@ -19,6 +19,8 @@ use serde_json::{Number, Value};
 
 /// Parentheses and negations within each other: more than a person writes.
 const DEPTH_MAX: usize = 64;
+const UNENDED: &str = "a text that ends with the quote it began with";
+const NO_PATH: &str = "a value of the summary such as packets.heard, a number or a \"text\"";
 /// Below this similarity (Jaro-Winkler, 0 to 1) a key of the summary is not what the user meant.
 const SIMILAR: f64 = 0.7;
 
@@ -40,8 +42,12 @@ enum Node {
 #[derive(Clone, Debug, PartialEq)]
 enum Operand {
     Literal(Value),
-    Path(String),
+    Path(Path),
 }
+
+/// Keys and indices that lead to a value of the summary.
+#[derive(Clone, Debug, PartialEq)]
+struct Path(Vec<String>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operator {
@@ -159,7 +165,7 @@ impl Node {
 fn checked(left: &Operand, operator: Operator, right: &Operand, summary: &Value) -> Result<(), MeaningError> {
     for operand in [left, right] {
         if let Operand::Path(path) = operand {
-            looked_up(summary, path).ok_or_else(|| missing(path, summary))?;
+            path.value(summary).ok_or_else(|| missing(path, summary))?;
         }
     }
     let (a, b) = (left.value(summary), right.value(summary));
@@ -181,7 +187,7 @@ impl Operand {
     fn value<'a>(&'a self, summary: &'a Value) -> &'a Value {
         match self {
             Self::Literal(value) => value,
-            Self::Path(path) => looked_up(summary, path).unwrap_or(&Value::Null),
+            Self::Path(path) => path.value(summary).unwrap_or(&Value::Null),
         }
     }
 }
@@ -190,7 +196,7 @@ impl fmt::Display for Operand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Literal(value) => write!(f, "{value}"),
-            Self::Path(path) => f.write_str(path),
+            Self::Path(path) => path.fmt(f),
         }
     }
 }
@@ -253,18 +259,66 @@ fn kind(value: &Value) -> &'static str {
     }
 }
 
-fn looked_up<'a>(summary: &'a Value, path: &str) -> Option<&'a Value> {
-    path.split('.').try_fold(summary, |value, step| match value {
-        Value::Array(entries) => entries.get(step.parse::<usize>().ok()?),
-        _ => value.get(step),
-    })
+impl Path {
+    /// The value in `summary` that it leads to.
+    fn value<'a>(&self, summary: &'a Value) -> Option<&'a Value> {
+        self.0.iter().try_fold(summary, |value, step| match value {
+            Value::Array(entries) => entries.get(step.parse::<usize>().ok()?),
+            _ => value.get(step),
+        })
+    }
+
+    /// Reads the path that `rest` begins with, and its length in bytes.
+    fn read(rest: &str) -> Result<(Self, usize), &'static str> {
+        let (mut steps, mut at) = (Vec::new(), 0);
+        loop {
+            let (step, length) = match rest[at..].chars().next() {
+                Some(quote @ ('"' | '\'')) if at > 0 => {
+                    let (text, _) = rest[at + 1..].split_once(quote).ok_or(UNENDED)?;
+                    (text, text.len() + 2)
+                }
+                _ => {
+                    let is_over = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+                    let end = rest[at..].find(is_over).unwrap_or(rest.len() - at);
+                    (&rest[at..at + end], end)
+                }
+            };
+            if length == 0 || (at == 0 && step.starts_with(|c: char| c.is_ascii_digit())) {
+                return Err(NO_PATH);
+            }
+            steps.push(step.to_owned());
+            at += length;
+            match rest[at..].strip_prefix('.') {
+                Some(_) => at += 1,
+                None => return Ok((Self(steps), at)),
+            }
+        }
+    }
+}
+
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, step) in self.0.iter().enumerate() {
+            let dot = if at > 0 { "." } else { "" };
+            let is_plain = step.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            let quote = if is_plain { "" } else { "\"" };
+            write!(f, "{dot}{quote}{step}{quote}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The path of a value, as an [`Expression`] has it.
+pub(crate) fn path(steps: &[&str]) -> String {
+    Path(steps.iter().map(|&step| step.to_owned()).collect()).to_string()
 }
 
 /// Error about a missing path, with what may have been meant.
-fn missing(path: &str, summary: &Value) -> MeaningError {
+fn missing(path: &Path, summary: &Value) -> MeaningError {
     let mut paths = Vec::new();
-    collect_paths(summary, "", &mut paths);
-    let similarity = |known: &String| strsim::jaro_winkler(path, known);
+    collect_paths(summary, &mut Vec::new(), &mut paths);
+    let path = path.to_string();
+    let similarity = |known: &String| strsim::jaro_winkler(&path, known);
     let best = paths.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
     let guess = match best.filter(|best| similarity(best) >= SIMILAR) {
         Some(best) => format!("; did you mean `{best}`?"),
@@ -274,20 +328,21 @@ fn missing(path: &str, summary: &Value) -> MeaningError {
             format!("\nhint: it has `{}`", keys.join("`, `"))
         }
     };
-    MeaningError::Path { path: path.into(), guess }
+    MeaningError::Path { path, guess }
 }
 
-fn collect_paths(value: &Value, path: &str, paths: &mut Vec<String>) {
-    let mut inside = |step: &str, value: &Value| {
-        let path = if path.is_empty() { step.into() } else { format!("{path}.{step}") };
-        collect_paths(value, &path, paths);
+fn collect_paths<'a>(value: &'a Value, steps: &mut Vec<String>, paths: &mut Vec<String>) {
+    let mut inside = |step: &str, value: &'a Value| {
+        steps.push(step.to_owned());
+        collect_paths(value, steps, paths);
+        steps.pop();
     };
     match value {
         Value::Object(entries) => entries.iter().for_each(|(key, value)| inside(key, value)),
         Value::Array(entries) => {
             entries.iter().enumerate().for_each(|(index, value)| inside(&index.to_string(), value));
         }
-        _ => paths.push(path.into()),
+        _ => paths.push(Path(steps.clone()).to_string()),
     }
 }
 
@@ -409,7 +464,7 @@ fn token(rest: &str, first: char) -> Result<(Token, usize), &'static str> {
         '&' => Err("`&&`"),
         '|' => Err("`||`"),
         '"' | '\'' => {
-            let text = rest[1..].split_once(first).ok_or("a text that ends with the quote it began with")?.0;
+            let text = rest[1..].split_once(first).ok_or(UNENDED)?.0;
             Ok((Token::Value(Operand::Literal(text.into())), text.len() + 2))
         }
         '0'..='9' | '-' | '+' | '.' => {
@@ -430,8 +485,10 @@ fn token(rest: &str, first: char) -> Result<(Token, usize), &'static str> {
                 "null" => Token::Value(Operand::Literal(Value::Null)),
                 "true" => Token::Value(Operand::Literal(true.into())),
                 "false" => Token::Value(Operand::Literal(false.into())),
-                path if is_path(path) => Token::Value(Operand::Path(path.into())),
-                _ => return Err("a value of the summary such as packets.heard, a number or a \"text\""),
+                _ => {
+                    let (path, length) = Path::read(rest)?;
+                    return Ok((Token::Value(Operand::Path(path)), length));
+                }
             };
             Ok((token, word.len()))
         }
@@ -451,12 +508,6 @@ fn word(rest: &str, first: char) -> &str {
     &rest[..end.map_or(rest.len(), |(at, _)| at)]
 }
 
-fn is_path(word: &str) -> bool {
-    let begins_well = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    let plain = |step: &str| !step.is_empty() && step.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    begins_well && word.split('.').all(plain)
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -472,6 +523,7 @@ mod tests {
             "seed": 9_007_199_254_740_993_u64,
             "packets": { "heard": 90, "sent": 100 },
             "faults": [{ "kind": "kill", "fired_tick": 600 }, { "kind": "loss", "fired_tick": null }],
+            "always": { "all agree, 5.0": { "broken_by": 2 } },
         })
     }
 
@@ -507,6 +559,8 @@ mod tests {
             "seed == 9007199254740993",
             "robots_alive == 50.0",
             "true != false",
+            "always.\"all agree, 5.0\".broken_by > 1",
+            "always.'all agree, 5.0'.\"broken_by\" > 1",
         ] {
             assert!(holds(text), "{text}");
         }
@@ -574,6 +628,10 @@ mod tests {
             meaning("faults.0.fired < 1"),
             "the summary has no `faults.0.fired`; did you mean `faults.0.fired_tick`?"
         );
+        assert_eq!(
+            meaning("always.'all agree'.broken_by > 1"),
+            "the summary has no `always.\"all agree\".broken_by`; did you mean `always.\"all agree, 5.0\".broken_by`?"
+        );
         assert!(
             meaning("1 == 1 || zzz == 1")
                 .starts_with("the summary has no `zzz`\nhint: it has `converged_at_s`, ")
@@ -613,6 +671,7 @@ mod tests {
                 "a..b > 1",
                 "column 1: expected a value of the summary such as packets.heard, a number or a \"text\", found `a..b`",
             ),
+            ("a.\"b > 1", "column 1: expected a text that ends with the quote it began with, found `a.`"),
             ("> 1", "column 1: expected a value of the summary, a number or a \"text\", found `>`"),
         ];
         for (text, message) in cases {

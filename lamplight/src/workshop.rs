@@ -1,4 +1,4 @@
-//! The same scenario once more, with a process per robot: a run of our own program as a child.
+//! One scenario of many as a run with a process per robot: our own program as a child.
 
 use std::{
     env,
@@ -33,30 +33,32 @@ const LEAVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// A folder of our own for what goes to a child and comes back; it goes with its value. The child stands still with us.
 #[derive(Debug)]
 pub(crate) struct Workshop {
+    /// What it is for, in names of runs and folders.
+    purpose: &'static str,
     folder: PathBuf,
     children: Children,
 }
 
 impl Workshop {
-    pub(crate) fn open() -> anyhow::Result<Self> {
+    pub(crate) fn open(purpose: &'static str) -> anyhow::Result<Self> {
         let children = Children::default();
         children.stand_still_with_us(drop).context("cannot listen for signals")?;
         let base = env::temp_dir();
         for attempt in 0..100 {
-            let path = base.join(format!("lamplight-fuzz-{}-{attempt}", process::id()));
+            let path = base.join(format!("lamplight-{purpose}-{}-{attempt}", process::id()));
             match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self { folder: path, children }),
+                Ok(()) => return Ok(Self { purpose, folder: path, children }),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => {
                     return Err(error).with_context(|| format!("cannot make the folder {}", path.display()));
                 }
             }
         }
-        bail!("{} is full of folders named lamplight-fuzz-*; remove them", base.display())
+        bail!("{} is full of folders named lamplight-{purpose}-*; remove them", base.display())
     }
 
-    /// Runs `scenario` to its end as processes under the name `fuzz-SEED-...` and returns its summary; the inner error
-    /// says what was wrong with it. Ended early by `stop`, it is such an error as well.
+    /// Runs `scenario` to its end as processes and returns its summary, also if it has failed; the inner error says why there
+    /// is none. Ended early by `stop`, it is such an error as well.
     ///
     /// # Errors
     /// If there is no room here for what goes to the child.
@@ -75,7 +77,7 @@ impl Workshop {
     }
 
     fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Summary> {
-        let name = name::unique(&format!("fuzz-{seed}"));
+        let name = name::unique(&format!("{}-{seed}", self.purpose));
         let file = |name: &str| self.file(name);
         let mut group = self.children.lock();
         let mut command = Command::new(python::own_program()?);
@@ -89,14 +91,17 @@ impl Workshop {
         group.head = Some(Pid::from_child(&child));
         drop(group);
         let status = self.ended(child, stop)?;
-        if !status.success() {
-            bail!("as processes: {status}: {}", last_lines(&file("stderr"), 3));
-        }
         if RunDir::list()?.iter().any(|run| *run.name() == name) {
             bail!("as processes: something named lamplight-{name} is left in shared memory");
         }
-        let summary = fs::read(file("stdout"))?;
-        serde_json::from_slice(&summary).context("as processes: the summary is not understood")
+        match fs::read(file("stdout"))? {
+            summary if summary.is_empty() => {
+                bail!("as processes: {status}: {}", last_lines(&file("stderr"), 3))
+            }
+            summary => {
+                serde_json::from_slice(&summary).context("as processes: the summary is not understood")
+            }
+        }
     }
 
     /// Waits for a child; one that takes too long, or that is no longer wanted, is ended.

@@ -1,0 +1,277 @@
+//! Properties that a controller states of itself while it thinks: what must always hold, and what must be reached at
+//! least once. They are in no packet and not in the digest, and change nothing in a run, which reports them.
+//!
+//! ```
+//! use protocol::property::{Properties, always, sometimes};
+//!
+//! let mut properties = Properties::default();
+//! properties.during(Some(7), || {
+//!     let (value, heard): (f64, u32) = (0.5, 0);
+//!     always((0.0..=1.0).contains(&value), "the value is a share");
+//!     sometimes(heard > 0, "somebody was heard");
+//! });
+//! assert!(properties.list().iter().all(|property| property.decided.is_none()));
+//! ```
+
+use std::{
+    cell::RefCell,
+    mem,
+    string::{String, ToString},
+    vec::Vec,
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{giving_up::give_up, percept::Tick};
+
+/// Most properties of a controller.
+pub const PROPERTIES_MAX: usize = 64;
+/// Longest name of a property, in bytes.
+pub const PROPERTY_NAME_BYTES_MAX: usize = 80;
+
+/// What a property asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum PropertyKind {
+    /// The condition holds whenever it is stated.
+    Always,
+    /// The condition holds at least once.
+    Sometimes,
+}
+
+/// A property as one life of a robot has stated it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Property {
+    /// What it asks for.
+    pub kind: PropertyKind,
+    /// How people call it.
+    pub name: String,
+    /// When it was decided: [`Always`](PropertyKind::Always) broken, [`Sometimes`](PropertyKind::Sometimes) reached.
+    pub decided: Option<Decided>,
+}
+
+/// When a property was decided for the first time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Decided {
+    /// The tick of the percept; `None` while the controller was made or booted.
+    pub tick: Option<Tick>,
+}
+
+/// Why a property is refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PropertyError {
+    /// More than [`PROPERTIES_MAX`].
+    #[error(
+        "it states more than {PROPERTIES_MAX} properties; `{0}` is one too many (a name should not change)"
+    )]
+    Many(String),
+    /// Empty, too long, or with something in it that is no character to be read, or a quote.
+    #[error(
+        "a property's name is `{0}`: it must have 1 to {PROPERTY_NAME_BYTES_MAX} bytes, no control characters and no \""
+    )]
+    Name(String),
+}
+
+/// Properties that one life of a robot has stated. Empty, it has no memory.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Properties {
+    list: Vec<Property>,
+    /// The tick of the percept that is thought about.
+    tick: Option<Tick>,
+    /// Whether something has been added or decided since somebody asked.
+    has_news: bool,
+}
+
+std::thread_local! {
+    /// Those of the controller that is thinking on this thread.
+    static PRESENT: RefCell<Properties> = const { RefCell::new(Properties::new()) };
+}
+
+impl Properties {
+    /// None.
+    pub const fn new() -> Self {
+        Self { list: Vec::new(), tick: None, has_news: false }
+    }
+
+    /// Has a controller `think` about the percept of `tick`, or about none, and takes in what it states meanwhile on this
+    /// thread, also if it panics.
+    #[inline]
+    pub fn during<T>(&mut self, tick: Option<Tick>, think: impl FnOnce() -> T) -> T {
+        /// Puts things back where they were.
+        struct Turn<'a>(&'a mut Properties);
+
+        impl Turn<'_> {
+            #[inline]
+            fn change(&mut self) {
+                PRESENT.with_borrow_mut(|present| mem::swap(present, self.0));
+            }
+        }
+
+        impl Drop for Turn<'_> {
+            #[inline]
+            fn drop(&mut self) {
+                self.change();
+            }
+        }
+
+        self.tick = tick;
+        let mut turn = Turn(self);
+        turn.change();
+        let thought = think();
+        drop(turn);
+        thought
+    }
+
+    /// The properties, in the order in which they were first stated.
+    pub fn list(&self) -> &[Property] {
+        &self.list
+    }
+
+    /// The same, to be kept.
+    pub fn into_list(self) -> Vec<Property> {
+        self.list
+    }
+
+    /// Whether something has been added or decided since this was asked last.
+    #[inline]
+    pub fn take_news(&mut self) -> bool {
+        mem::take(&mut self.has_news)
+    }
+
+    /// Properties as somebody else has written them down.
+    ///
+    /// # Errors
+    /// If a controller cannot have stated them.
+    pub fn check(list: &[Property]) -> Result<(), PropertyError> {
+        if let Some(extra) = list.get(PROPERTIES_MAX) {
+            return Err(PropertyError::Many(extra.name.clone()));
+        }
+        list.iter().try_for_each(|property| checked(&property.name))
+    }
+
+    fn state(&mut self, kind: PropertyKind, condition: bool, name: &str) -> Result<(), PropertyError> {
+        let known = self.list.iter().position(|property| property.kind == kind && property.name == name);
+        let place = match known {
+            Some(place) => place,
+            None if self.list.len() == PROPERTIES_MAX => return Err(PropertyError::Many(name.into())),
+            None => {
+                checked(name)?;
+                self.list.push(Property { kind, name: name.into(), decided: None });
+                self.has_news = true;
+                self.list.len() - 1
+            }
+        };
+        let decides = condition == (kind == PropertyKind::Sometimes);
+        let decided = &mut self.list[place].decided;
+        if decides && decided.is_none() {
+            *decided = Some(Decided { tick: self.tick });
+            self.has_news = true;
+        }
+        Ok(())
+    }
+}
+
+fn checked(name: &str) -> Result<(), PropertyError> {
+    let is_odd = |c: char| c.is_control() || c == '"';
+    let is_name = (1..=PROPERTY_NAME_BYTES_MAX).contains(&name.len()) && !name.contains(is_odd);
+    if is_name { Ok(()) } else { Err(PropertyError::Name(name.into())) }
+}
+
+/// States that `condition` must hold whenever this is called, by any robot. A run reports the first time that it did not, and
+/// goes on; `lamplight fuzz` takes it for a failure. It counts on the thread that calls the controller.
+///
+/// A name that is none, or more than [`PROPERTIES_MAX`] of them, ends the controller's life.
+#[inline]
+pub fn always(condition: bool, name: &str) {
+    state(PropertyKind::Always, condition, name).unwrap_or_else(|error| give_up(error.to_string()));
+}
+
+/// States that `condition` must hold at least once when this is called, by some robot. A run reports the first time that it
+/// did; `lamplight fuzz` lists what no run has reached. What is never called is never known, so call it each time, and not
+/// only where the condition holds. Otherwise as [`always`].
+#[inline]
+pub fn sometimes(condition: bool, name: &str) {
+    state(PropertyKind::Sometimes, condition, name).unwrap_or_else(|error| give_up(error.to_string()));
+}
+
+/// What [`always`] and [`sometimes`] do, for other languages.
+///
+/// # Errors
+/// If the name is none, or one too many.
+pub fn state(kind: PropertyKind, condition: bool, name: &str) -> Result<(), PropertyError> {
+    PRESENT.with_borrow_mut(|present| present.state(kind, condition, name))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{format, vec};
+
+    use super::*;
+    use crate::giving_up::contained;
+
+    fn property(kind: PropertyKind, name: &str, decided: Option<Option<Tick>>) -> Property {
+        Property { kind, name: name.to_string(), decided: decided.map(|tick| Decided { tick }) }
+    }
+
+    #[test]
+    fn a_property_is_decided_once_and_by_the_first_tick() {
+        let mut properties = Properties::new();
+        for (tick, is_sound, is_reached) in
+            [(None, true, false), (Some(3), false, false), (Some(4), false, true), (Some(5), true, false)]
+        {
+            properties.during(tick, || {
+                always(is_sound, "sound");
+                sometimes(is_reached, "reached");
+                sometimes(tick.is_none(), "booted");
+            });
+            assert_eq!(properties.take_news(), tick != Some(5), "{tick:?}");
+        }
+        let expected = [
+            property(PropertyKind::Always, "sound", Some(Some(3))),
+            property(PropertyKind::Sometimes, "reached", Some(Some(4))),
+            property(PropertyKind::Sometimes, "booted", Some(None)),
+        ];
+        assert_eq!(properties.list(), expected);
+    }
+
+    #[test]
+    fn each_controller_has_its_own_whatever_ends_its_turn() {
+        let (mut first, mut second) = (Properties::new(), Properties::new());
+        first.during(None, || {
+            always(true, "outer");
+            second.during(Some(1), || always(false, "inner"));
+            always(false, "outer");
+        });
+        let ended = contained(|| {
+            first.during(Some(2), || {
+                sometimes(true, "seen");
+                give_up("no more");
+            })
+        });
+        assert_eq!(ended, Err::<(), _>("no more".into()));
+        let of_first = [
+            property(PropertyKind::Always, "outer", Some(None)),
+            property(PropertyKind::Sometimes, "seen", Some(Some(2))),
+        ];
+        assert_eq!(first.list(), of_first);
+        assert_eq!(second.list(), [property(PropertyKind::Always, "inner", Some(Some(1)))]);
+        assert!(second.take_news() && !second.take_news());
+    }
+
+    #[test]
+    fn names_that_cannot_be_read_and_names_without_end_are_refused() {
+        let mut properties = Properties::new();
+        for name in ["", "a\nb", "a \"b\"", &"x".repeat(PROPERTY_NAME_BYTES_MAX + 1)] {
+            let words = contained(|| properties.during(None, || always(true, name))).unwrap_err();
+            assert!(words.starts_with("a property's name is `"), "{words}");
+        }
+        assert!(properties.list().is_empty());
+        let words = contained(|| {
+            properties.during(None, || (0..=PROPERTIES_MAX).for_each(|at| always(true, &format!("{at}"))))
+        });
+        assert_eq!(words, Err(PropertyError::Many(PROPERTIES_MAX.to_string()).to_string()));
+        assert_eq!(properties.list().len(), PROPERTIES_MAX);
+        assert_eq!(Properties::check(properties.list()), Ok(()));
+        let bad = vec![property(PropertyKind::Always, "", None)];
+        assert_eq!(Properties::check(&bad), Err(PropertyError::Name(String::new())));
+    }
+}
