@@ -272,9 +272,7 @@ fn report(args: &FuzzArgs, scenario: &Scenario, summary: Option<&Summary>, what:
         match save(folder, scenario) {
             Ok(path) => {
                 text += &format!("  saved as {}\n", path.display());
-                let broken = summary.and_then(|summary| summary.properties.broken().next());
-                if let Some((name, _)) = broken {
-                    let until = format!("{} > 0", shrink::path(&["always", name, "broken_by"]));
+                for until in summary.iter().flat_map(|summary| questions(summary)) {
                     let words = ["lamplight", "shrink", &path_argument(&path), "--until", &until];
                     text += &format!("  shrink: {}\n", words.map(quoted).join(" "));
                 }
@@ -284,6 +282,14 @@ fn report(args: &FuzzArgs, scenario: &Scenario, summary: Option<&Summary>, what:
         }
     }
     text
+}
+
+/// What `lamplight shrink` may be asked of a failed run: that a robot dies, and that what must hold does not.
+fn questions(summary: &Summary) -> impl Iterator<Item = String> {
+    let died = (!summary.incidents.is_empty()).then(|| "incidents.0.tick >= 0".into());
+    let broken = summary.properties.broken();
+    died.into_iter()
+        .chain(broken.map(|(name, _)| format!("{} > 0", shrink::path(&["always", name, "broken_by"]))))
 }
 
 /// The one command that repeats the run of this seed.

@@ -17,24 +17,27 @@ use observe::{
 use protocol::{controller::Controller, params::Params, robot_id::RobotId};
 use scenario::{PythonSpec, RobotSet, Scenario, ScenarioError};
 use squad::{Squad, SquadError};
+use tracing::subscriber::NoSubscriber;
 
 use crate::python;
 
-/// Runs `scenario` as fast as it can, silently and without outputs, as one run of many, told to `observers`. A panic ends
-/// this run alone.
+/// Runs `scenario` as fast as it can, without outputs and a word to the log, as one run of many, told to `observers`. A panic
+/// ends this run alone.
 pub(crate) fn run_quietly(
     scenario: &Scenario,
     stop: &StopFlag,
     observers: Vec<&mut dyn Observer>,
 ) -> anyhow::Result<Summary> {
-    guarded(|| {
+    let run = || {
         let (mut arena, mut squad) = (Arena::new(scenario)?, squad(scenario)?);
         let mut recovery = Recovery::new(scenario);
         let mut all: Vec<&mut dyn Observer> = vec![&mut recovery];
         all.extend(observers.into_iter().map(|observer| observer as &mut dyn Observer));
         let plan = Plan { shares: false, ..Plan::IN_PROCESS };
         Ok(engine::play(scenario, &mut arena, &mut *squad, plan, &mut all, stop))
-    })
+    };
+    // Its summary says what was wrong with it.
+    guarded(|| tracing::subscriber::with_default(NoSubscriber::default(), run))
 }
 
 /// Plays one trial of a batch. A panic ends this trial alone.
@@ -98,7 +101,7 @@ pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
         robots.clone().map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>()
     {
         let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
-        return Ok(Box::new(InProcess::new(scenario, robots, new)?));
+        return Ok(Box::new(InProcess::new(scenario, robots, new)));
     }
     let entries: Vec<_> = scenario
         .controllers
@@ -118,9 +121,9 @@ pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
         let is_theirs =
             |(robots, ..): &&(RobotSet, Params, Box<PythonConstructor>)| robots.contains(id.index);
         let (_, params, new) = entries.iter().find(is_theirs).expect("every robot has a controller");
-        new(id, params).map_err(|why| SquadError(format!("the controller of {id} refuses its params: {why}")))
+        new(id, params).map_err(|why| SquadError(format!("it refuses its params: {why}")))
     };
-    Ok(Box::new(InProcess::new(scenario, robots, new)?))
+    Ok(Box::new(InProcess::new(scenario, robots, new)))
 }
 
 fn python_host() -> &'static dyn PythonHost {

@@ -155,10 +155,7 @@ impl ForkServer {
                 return Err((message, "install the package that was built with this program".into()));
             }
             Word::Failed(why) => {
-                return Err((
-                    why,
-                    format!("what it has printed is above; {controller} is run by {interpreter}"),
-                ));
+                return Err((why, format!("{controller} is run by {interpreter}")));
             }
             Word::Ended if !*is_ready => {
                 let message = format!("{interpreter} ended before it had read {controller}");

@@ -27,7 +27,7 @@ use options::{PlayOptions, RunOptions, Work};
 use processes::signals::{exit_status, raise_on_stop};
 use profile::{ProfileSlot, WatchedCycles};
 use protocol::setup::Mode;
-use scenario::{RobotSet, Scenario};
+use scenario::{RobotSet, Scenario, ScenarioError};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
 
@@ -139,10 +139,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Status, Failure> {
         }
         (.., true, 1..) => {
             let all = summary.properties.always.len();
-            Err(Failure::Run(anyhow!(
-                "{} of {all} properties were broken that must always hold",
-                broken.len()
-            )))
+            Err(Failure::Run(anyhow!("{} of {all} that must always hold did not", broken.len())))
         }
         _ => Ok(Status::SUCCESS),
     }
@@ -228,7 +225,11 @@ fn supervised(args: &RunArgs, scenario: &Scenario, run: &RunDir, watch: &Watch) 
     let (options, by_hand) = (args.options.play.clone(), args.by_hand.clone());
     prepare_out(&options)?;
     let work = Work::Run { options, by_hand, is_shown: io::stderr().is_terminal() };
-    supervisor::run(work, run, scenario, watch, None).map_err(Failure::Run)
+    // What a scenario names and cannot be started is known before a robot has moved.
+    supervisor::run(work, run, scenario, watch, None).map_err(|error| match error.is::<ScenarioError>() {
+        true => Failure::Usage(error),
+        false => Failure::Run(error),
+    })
 }
 
 /// Exit status of an interrupted run. If it was the arena alone that was told to end, then by SIGTERM.

@@ -44,7 +44,8 @@ pub(crate) struct ShrinkArgs {
     #[arg(long, value_name = "EXPR", long_help = UNTIL)]
     until: String,
 
-    /// Write the smaller scenario to this new file [default: NAME-shrunk.toml]
+    /// Write the smaller scenario to this new file [default: that of the scenario, with -shrunk behind its name, in this
+    /// folder]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -84,7 +85,8 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<Status, Failure> {
     };
     let poses = placement::start(&whole).map_err(Failure::usage)?;
     log::warn_of(&warnings(&whole, &poses));
-    let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&whole.name)).into());
+    let stem = args.options.file.file_stem().unwrap_or_default().to_string_lossy();
+    let out = args.out.clone().unwrap_or_else(|| format!("{}-shrunk.toml", name::plain(&stem)).into());
     refuse_to_overwrite(&out)?;
     let stop = StopFlag::default();
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
@@ -128,6 +130,11 @@ pub(crate) fn shrink(args: &ShrinkArgs) -> Result<Status, Failure> {
             }
         }
         Err(Halt::Interrupted(signal)) => {
+            if journal.len() == 0 {
+                journal.remove().map_err(Failure::run)?;
+                eprintln!("interrupted before anything was found out");
+                return Ok(Status(exit_status(signal)));
+            }
             eprintln!(
                 "interrupted after {tries} tries; the same command goes on from there (verdicts are kept in {})",
                 journal.path().display()

@@ -14,8 +14,9 @@
 //! ```
 
 use std::{
+    boxed::Box,
     cell::RefCell,
-    mem,
+    fmt, mem,
     string::{String, ToString},
     vec::Vec,
 };
@@ -72,24 +73,33 @@ pub enum PropertyError {
 }
 
 /// Properties that one life of a robot has stated. Empty, it has no memory.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Default)]
 pub struct Properties {
     list: Vec<Property>,
     /// The tick of the percept that is thought about.
     tick: Option<Tick>,
-    /// Whether something has been added or decided since somebody asked.
-    has_news: bool,
+    /// Who is told of all of them when one is added or decided.
+    tell: Option<Box<Tell>>,
 }
 
+/// Takes all properties of a life, as they are now.
+pub type Tell = dyn FnMut(&[Property]);
+
 std::thread_local! {
-    /// Those of the controller that is thinking on this thread.
-    static PRESENT: RefCell<Properties> = const { RefCell::new(Properties::new()) };
+    /// Those of the controller that is thinking on this thread, if one is.
+    static PRESENT: RefCell<Option<Properties>> = const { RefCell::new(None) };
+}
+
+impl fmt::Debug for Properties {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Properties").field(&self.list).finish()
+    }
 }
 
 impl Properties {
-    /// None.
-    pub const fn new() -> Self {
-        Self { list: Vec::new(), tick: None, has_news: false }
+    /// None yet, and `tell` is told at once of each that is added or decided, whatever the controller does after that.
+    pub fn telling(tell: impl FnMut(&[Property]) + 'static) -> Self {
+        Self { tell: Some(Box::new(tell)), ..Self::default() }
     }
 
     /// Has a controller `think` about the percept of `tick`, or about none, and takes in what it states meanwhile on this
@@ -97,28 +107,23 @@ impl Properties {
     #[inline]
     pub fn during<T>(&mut self, tick: Option<Tick>, think: impl FnOnce() -> T) -> T {
         /// Puts things back where they were.
-        struct Turn<'a>(&'a mut Properties);
-
-        impl Turn<'_> {
-            #[inline]
-            fn change(&mut self) {
-                PRESENT.with_borrow_mut(|present| mem::swap(present, self.0));
-            }
+        struct Turn<'a> {
+            properties: &'a mut Properties,
+            before: Option<Properties>,
         }
 
         impl Drop for Turn<'_> {
             #[inline]
             fn drop(&mut self) {
-                self.change();
+                let present = PRESENT.replace(self.before.take());
+                *self.properties = present.unwrap_or_default();
             }
         }
 
         self.tick = tick;
-        let mut turn = Turn(self);
-        turn.change();
-        let thought = think();
-        drop(turn);
-        thought
+        let before = PRESENT.replace(Some(mem::take(self)));
+        let _turn = Turn { properties: self, before };
+        think()
     }
 
     /// The properties, in the order in which they were first stated.
@@ -129,12 +134,6 @@ impl Properties {
     /// The same, to be kept.
     pub fn into_list(self) -> Vec<Property> {
         self.list
-    }
-
-    /// Whether something has been added or decided since this was asked last.
-    #[inline]
-    pub fn take_news(&mut self) -> bool {
-        mem::take(&mut self.has_news)
     }
 
     /// Properties as somebody else has written them down.
@@ -156,15 +155,17 @@ impl Properties {
             None => {
                 checked(name)?;
                 self.list.push(Property { kind, name: name.into(), decided: None });
-                self.has_news = true;
                 self.list.len() - 1
             }
         };
         let decides = condition == (kind == PropertyKind::Sometimes);
         let decided = &mut self.list[place].decided;
-        if decides && decided.is_none() {
+        let is_decided = decides && decided.is_none();
+        if is_decided {
             *decided = Some(Decided { tick: self.tick });
-            self.has_news = true;
+        }
+        if let Some(tell) = self.tell.as_mut().filter(|_| is_decided || known.is_none()) {
+            tell(&self.list);
         }
         Ok(())
     }
@@ -177,7 +178,8 @@ fn checked(name: &str) -> Result<(), PropertyError> {
 }
 
 /// States that `condition` must hold whenever this is called, by any robot. A run reports the first time that it did not, and
-/// goes on; `lamplight fuzz` takes it for a failure. It counts on the thread that calls the controller.
+/// goes on; `lamplight fuzz` takes it for a failure. It counts on the thread that calls the controller; where no host does, as in
+/// a test, nothing happens.
 ///
 /// A name that is none, or more than [`PROPERTIES_MAX`] of them, ends the controller's life.
 #[inline]
@@ -198,12 +200,15 @@ pub fn sometimes(condition: bool, name: &str) {
 /// # Errors
 /// If the name is none, or one too many.
 pub fn state(kind: PropertyKind, condition: bool, name: &str) -> Result<(), PropertyError> {
-    PRESENT.with_borrow_mut(|present| present.state(kind, condition, name))
+    PRESENT.with_borrow_mut(|present| match present {
+        Some(present) => present.state(kind, condition, name),
+        None => checked(name),
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use std::{format, vec};
+    use std::{cell::Cell, format, rc::Rc, vec};
 
     use super::*;
     use crate::giving_up::contained;
@@ -214,7 +219,11 @@ mod tests {
 
     #[test]
     fn a_property_is_decided_once_and_by_the_first_tick() {
-        let mut properties = Properties::new();
+        let told = Rc::new(Cell::new(0));
+        let mut properties = Properties::telling({
+            let told = Rc::clone(&told);
+            move |_| told.set(told.get() + 1)
+        });
         for (tick, is_sound, is_reached) in
             [(None, true, false), (Some(3), false, false), (Some(4), false, true), (Some(5), true, false)]
         {
@@ -223,8 +232,8 @@ mod tests {
                 sometimes(is_reached, "reached");
                 sometimes(tick.is_none(), "booted");
             });
-            assert_eq!(properties.take_news(), tick != Some(5), "{tick:?}");
         }
+        assert_eq!(told.get(), 3 + 2, "once for each that is new, and once for each that was decided later");
         let expected = [
             property(PropertyKind::Always, "sound", Some(Some(3))),
             property(PropertyKind::Sometimes, "reached", Some(Some(4))),
@@ -235,7 +244,7 @@ mod tests {
 
     #[test]
     fn each_controller_has_its_own_whatever_ends_its_turn() {
-        let (mut first, mut second) = (Properties::new(), Properties::new());
+        let (mut first, mut second) = (Properties::default(), Properties::default());
         first.during(None, || {
             always(true, "outer");
             second.during(Some(1), || always(false, "inner"));
@@ -254,12 +263,11 @@ mod tests {
         ];
         assert_eq!(first.list(), of_first);
         assert_eq!(second.list(), [property(PropertyKind::Always, "inner", Some(Some(1)))]);
-        assert!(second.take_news() && !second.take_news());
     }
 
     #[test]
     fn names_that_cannot_be_read_and_names_without_end_are_refused() {
-        let mut properties = Properties::new();
+        let mut properties = Properties::default();
         for name in ["", "a\nb", "a \"b\"", &"x".repeat(PROPERTY_NAME_BYTES_MAX + 1)] {
             let words = contained(|| properties.during(None, || always(true, name))).unwrap_err();
             assert!(words.starts_with("a property's name is `"), "{words}");
@@ -271,6 +279,7 @@ mod tests {
         assert_eq!(words, Err(PropertyError::Many(PROPERTIES_MAX.to_string()).to_string()));
         assert_eq!(properties.list().len(), PROPERTIES_MAX);
         assert_eq!(Properties::check(properties.list()), Ok(()));
+        (0..=PROPERTIES_MAX).for_each(|at| always(false, &format!("{at} is said to nobody")));
         let bad = vec![property(PropertyKind::Always, "", None)];
         assert_eq!(Properties::check(&bad), Err(PropertyError::Name(String::new())));
     }

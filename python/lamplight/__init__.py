@@ -6,7 +6,8 @@
         def step(self, percept):
             return Command(velocity=0.1 * percept.light.direction)
 
-    result = run("swarmbots.toml", controller=ToTheLight, robots=50)
+    if __name__ == "__main__":
+        result = run("swarmbots.toml", controller=ToTheLight, robots=50)
 """
 
 from lamplight._lamplight import (

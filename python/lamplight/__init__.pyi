@@ -23,13 +23,15 @@ class Controller:
     def step(self, percept: Percept) -> Command: ...
     def notes(self) -> Mapping[str, float]: ...
 
+_Robots = str | int | range | tuple[int, ...]
 _Named = type[Controller] | str | os.PathLike[str]
 
 class RunError(Exception):
     """A run that could not be done."""
 
     status: int
-    def __init__(self, message: str, status: int) -> None: ...
+    result: Result | None
+    def __init__(self, message: str, status: int, result: Result | None = None) -> None: ...
 
 class Result:
     """What a run has left."""
@@ -45,7 +47,7 @@ class Result:
 
 def run(
     scenario: str | os.PathLike[str],
-    controller: _Named | Mapping[str, _Named] | None = None,
+    controller: _Named | Mapping[_Robots, _Named] | None = None,
     robots: int | None = None,
     *,
     seed: int | None = None,
@@ -60,7 +62,7 @@ def run(
 ) -> Result: ...
 def batch(
     scenario: str | os.PathLike[str],
-    controller: _Named | Mapping[str, _Named] | None = None,
+    controller: _Named | Mapping[_Robots, _Named] | None = None,
     robots: int | Sequence[int] | None = None,
     *,
     out: str | os.PathLike[str],

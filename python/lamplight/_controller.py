@@ -39,6 +39,9 @@ class LoadError(Exception):
     """Why there is no controller in a file, in one line."""
 
 
+_loading = False
+"""Whether a file is being run for its controllers."""
+
 _loaded = {}
 """Controllers that have been loaded, by their names in a scenario: each file is run once."""
 
@@ -70,6 +73,14 @@ def _load(spec):
     if len(controllers) > 1:
         raise LoadError(f"there is more than one controller in {where}: name one of them{_choice(controllers)}")
     return next(iter(controllers.values()))
+
+
+def refuse_while_loading(what):
+    """Raises RuntimeError while a file is being run for its controllers: a run begun then would run the file again, and so on."""
+    if _loading:
+        raise RuntimeError(
+            f'lamplight.{what} is called while a controller is imported, in every process again: put it under if __name__ == "__main__":'
+        )
 
 
 def _split(spec):
@@ -110,6 +121,8 @@ def _classes(path):
         raise LoadError(f"{where} is no file of Python: its name must end in .py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    global _loading
+    _loading = True
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
@@ -118,4 +131,6 @@ def _classes(path):
         raise LoadError(f"{where} needs the package `{error.name}`, which {sys.executable} does not have") from error
     except Exception as error:
         raise LoadError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
+    finally:
+        _loading = False
     return {key: it for key, it in vars(module).items() if getattr(it, "__module__", None) == name}

@@ -1,6 +1,7 @@
 """Runs and batches, asked for in Python: the program `lamplight` does them."""
 
 import contextlib
+import csv
 import inspect
 import json
 import os
@@ -13,15 +14,18 @@ import tempfile
 import weakref
 
 from lamplight import _programs
-from lamplight._controller import Controller
+from lamplight._controller import Controller, refuse_while_loading
 
 
 class RunError(Exception):
-    """A run that could not be done. `status` is the exit status of `lamplight`."""
+    """A run that could not be done. `status` is the exit status of `lamplight`, `result` what a run has left that failed when
+    it was under way, else None.
+    """
 
-    def __init__(self, message, status):
+    def __init__(self, message, status, result=None):
         super().__init__(message)
         self.status = status
+        self.result = result
 
 
 class Result:
@@ -75,7 +79,8 @@ def run(
     Args:
         scenario: path of a scenario file.
         controller: a class derived from Controller, or a name such as "my.py:ToTheLight", that thinks for all robots; or
-            a dict of these by robots, such as {"0-9": ToTheLight}: the others keep what the scenario gives them.
+            a dict of these by robots, such as {"0-9": ToTheLight} or {range(10): ToTheLight}: the others keep what the
+            scenario gives them.
         robots, seed, duration (seconds): in place of the scenario's.
         settings: other keys of the scenario by their paths, such as {"channel.range_m": 0.8}.
         params: parameters of the controller, which its constructor gets by name.
@@ -88,17 +93,31 @@ def run(
     Raises:
         RunError: if the run cannot begin or fails.
     """
+    refuse_while_loading("run")
     with contextlib.ExitStack() as stack:
         is_temporary = out is None
         if is_temporary:
             folder = tempfile.mkdtemp(prefix="lamplight-")
             out = os.path.join(folder, "run")
-            # Until there is a result that it goes with.
-            stack.callback(lambda: os.path.exists(os.path.join(out, "summary.json")) or shutil.rmtree(folder))
+            # Unless there is a result that it goes with.
+            abandon = stack.enter_context(contextlib.ExitStack())
+            abandon.callback(shutil.rmtree, folder)
         words = ["run", *_scenario(stack, scenario, controller, robots, seed, duration, settings, params)]
-        words += ["--engine", engine, "--mode", mode, "--out", os.fspath(out), *map(str, options)]
-        _command(words + ["--quiet"] * quiet)
-        return Result(os.fspath(out), is_temporary)
+        words += ["--engine", engine, "--mode", mode, "--out", os.fspath(out), *_options(options)]
+        failure = None
+        try:
+            _command(words + ["--quiet"] * quiet)
+        except RunError as error:
+            if not os.path.exists(os.path.join(out, "summary.json")):
+                raise
+            failure = error
+        result = Result(os.fspath(out), is_temporary)
+        if is_temporary:
+            abandon.pop_all()
+        if failure is None:
+            return result
+        failure.result = result
+        raise failure
 
 
 def batch(
@@ -128,6 +147,7 @@ def batch(
     Raises:
         RunError: if a trial fails.
     """
+    refuse_while_loading("batch")
     with contextlib.ExitStack() as stack:
         words = ["batch", *_scenario(stack, scenario, controller, None, seed, duration, settings, params)]
         if robots is not None:
@@ -136,8 +156,10 @@ def batch(
         if trials is not None:
             words += ["--trials", str(trials)]
         for key, values in (sweep or {}).items():
+            if isinstance(values, str) or not hasattr(values, "__iter__"):
+                raise TypeError(f"sweep: {key} needs a list of values, such as [0, 0.3], not {values!r}")
             words += ["--sweep", f"{key}={','.join(_toml(value) for value in values)}"]
-        words += ["--engine", engine, "--out", os.fspath(out), *map(str, options)]
+        words += ["--engine", engine, "--out", os.fspath(out), *_options(options)]
         _command(words + ["--quiet"] * quiet)
         return table(os.path.join(os.fspath(out), "trials.csv"))
 
@@ -147,10 +169,42 @@ def table(path):
     try:
         import pandas
     except ImportError:
-        import numpy
-
-        return numpy.atleast_1d(numpy.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8"))
+        return _structured(path)
     return pandas.read_csv(path)
+
+
+def _structured(path):
+    """Rows of a CSV file under the names that it gives them; a number that is not known is NaN."""
+    import numpy
+
+    with open(path, newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(file)
+    columns = [_column(name, [row[at] for row in rows]) for at, name in enumerate(names)]
+    table = numpy.empty(len(rows), dtype=[(name, column.dtype) for name, column in zip(names, columns)])
+    for name, column in zip(names, columns):
+        table[name] = column
+    return table
+
+
+def _column(name, cells):
+    """A column as whole numbers, else as numbers, else as truth, else as text."""
+    import numpy
+
+    # Some digests might pass for numbers.
+    for kind in () if name == "digest" else (int, float):
+        try:
+            return numpy.array([kind(cell or "nan") for cell in cells], dtype=kind)
+        except ValueError:
+            pass
+    if set(cells) <= {"true", "false"}:
+        return numpy.array([cell == "true" for cell in cells], dtype=bool)
+    return numpy.array(cells, dtype=str)
+
+
+def _options(options):
+    if isinstance(options, str):
+        raise TypeError(f"options must be a list of words, such as {options.split()!r}, not {options!r}")
+    return map(str, options)
 
 
 def _scenario(stack, scenario, controller, robots, seed, duration, settings, params):
@@ -163,7 +217,8 @@ def _scenario(stack, scenario, controller, robots, seed, duration, settings, par
         if params:
             raise TypeError("params are of one controller for all robots; give those of several in the scenario")
         for theirs, one in controller.items():
-            words += ["--controller", f"{_name(stack, one)}={theirs}"]
+            robots = theirs if isinstance(theirs, (str, int)) else ",".join(map(str, theirs))
+            words += ["--controller", f"{_name(stack, one)}={robots}"]
     elif controller is not None:
         words += ["--controller", _name(stack, controller)]
     for key, value in (params or {}).items():
@@ -209,7 +264,7 @@ def _toml(value):
 
 
 def _command(words):
-    """Runs `lamplight`, whose words of trouble are those of the error. Interrupted, it ends first."""
+    """Runs `lamplight`, whose last words of trouble are those of the error. Interrupted, it ends first."""
     command = [_programs.path("lamplight"), *words]
     process = subprocess.Popen(
         command,
@@ -218,15 +273,19 @@ def _command(words):
         stderr=subprocess.PIPE,
         env=_programs.environment(),
     )
-    said = []
+    trouble = []
     with process:
         try:
             for line in process.stderr:
-                said.append(line.decode(errors="replace"))
-                sys.stderr.write(said[-1])
+                line = line.decode(errors="replace")
+                if trouble or line.startswith("error: "):
+                    trouble.append(line)
+                else:
+                    sys.stderr.write(line)
         except BaseException:
             process.send_signal(signal.SIGINT)
             raise
     if process.returncode != 0:
-        told = "".join(said[-20:]).strip() or f"lamplight ended with status {process.returncode}"
-        raise RunError(told, process.returncode)
+        told = "".join(trouble).removeprefix("error: ").strip()
+        raise RunError(told or f"lamplight ended with status {process.returncode}", process.returncode)
+    sys.stderr.write("".join(trouble))

@@ -30,13 +30,13 @@ impl Command {
     #[pyo3(signature = (velocity = None, payload = None, estimated_error = None))]
     fn new(
         velocity: Option<&Bound<'_, PyAny>>,
-        payload: Option<&[u8]>,
+        payload: Option<&Bound<'_, PyAny>>,
         estimated_error: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let velocity = velocity.map_or(Ok(BodyVector::HERE), |velocity| vector("velocity", velocity))?;
         let estimated_error = estimated_error.map(|error| vector("estimated error", error)).transpose()?;
-        let payload = Payload::try_from(payload.unwrap_or(&[]))
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let payload = payload.map_or(Ok(&[][..]), |payload| bytes(payload))?;
+        let payload = Payload::try_from(payload).map_err(|error| PyValueError::new_err(error.to_string()))?;
         Ok(Self(command::Command { estimated_error, velocity, payload }))
     }
 
@@ -70,6 +70,14 @@ impl Command {
 
 fn components(vector: BodyVector) -> (f64, f64) {
     (vector.0.x, vector.0.y)
+}
+
+fn bytes<'a>(payload: &'a Bound<'_, PyAny>) -> PyResult<&'a [u8]> {
+    payload.extract().map_err(|_| {
+        let kind =
+            payload.get_type().name().map_or_else(|_| "something else".into(), |name| name.to_string());
+        PyTypeError::new_err(format!("a payload must be bytes, such as \"hi\".encode(), not {kind}"))
+    })
 }
 
 /// Reads two numbers from a tuple, a list, an array or anything else with two places.

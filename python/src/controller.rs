@@ -1,5 +1,10 @@
 //! A controller in Python, hosted as any other.
 
+use std::{
+    collections::BTreeSet,
+    sync::{Mutex, PoisonError},
+};
+
 use neighborhood::{Neighbor, Neighborhood, Setup};
 use protocol::{
     command,
@@ -102,9 +107,22 @@ pub(crate) fn print(py: Python<'_>, error: &PyErr) {
     drop(printed);
 }
 
+/// Tracebacks that a process shows: where controllers of many robots are in one, they raise the same again and again.
+const TRACEBACKS_MAX: usize = 10;
+
+/// Whether a traceback has not been shown yet, and there are not too many.
+fn is_new(py: Python<'_>, error: &PyErr) -> bool {
+    static SHOWN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let traceback = error.traceback(py).and_then(|traceback| traceback.format().ok()).unwrap_or_default();
+    let mut shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    shown.len() < TRACEBACKS_MAX && shown.insert(traceback)
+}
+
 /// Ends the controller's life: it has raised something in `method`. What it has printed and the traceback come first.
 fn raised(py: Python<'_>, error: &PyErr, method: &str) -> ! {
-    print(py, error);
+    if is_new(py, error) {
+        print(py, error);
+    }
     let flush = |stream: &str| py.import("sys").and_then(|sys| sys.getattr(stream)?.call_method0("flush"));
     let _ = (flush("stdout"), flush("stderr"));
     give_up(format!("its {method} raised {error}"))

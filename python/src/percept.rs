@@ -184,6 +184,10 @@ impl Odometry {
     fn heading_rad(&self) -> f64 {
         self.0.heading.get()
     }
+
+    fn __repr__(&self) -> String {
+        format!("Odometry(x_m={:?}, y_m={:?}, heading_rad={:?})", self.x_m(), self.y_m(), self.heading_rad())
+    }
 }
 
 /// A compass's reading.
@@ -197,6 +201,10 @@ impl Compass {
     #[getter]
     fn heading_rad(&self) -> f64 {
         self.0.heading.get()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Compass(heading_rad={:?})", self.heading_rad())
     }
 }
 
@@ -217,5 +225,9 @@ impl Position {
     #[getter]
     fn y_m(&self) -> f64 {
         self.0.y.get()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Position(x_m={:?}, y_m={:?})", self.x_m(), self.y_m())
     }
 }

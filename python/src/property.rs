@@ -1,7 +1,11 @@
 //! What controllers in Python state of themselves.
 
 use protocol::property::{PropertyKind, state};
-use pyo3::{exceptions::PyValueError, prelude::*};
+use pyo3::{
+    exceptions::{PyTypeError, PyValueError},
+    prelude::*,
+    types::PyString,
+};
 
 /// States that a condition must hold whenever this is called, by any robot.
 ///
@@ -15,7 +19,7 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 /// Raises:
 ///     ValueError: if the name is none, or the controller states more than 64 properties.
 #[pyfunction]
-pub(crate) fn always(condition: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+pub(crate) fn always(condition: &Bound<'_, PyAny>, name: &Bound<'_, PyAny>) -> PyResult<()> {
     stated(PropertyKind::Always, condition, name)
 }
 
@@ -24,10 +28,16 @@ pub(crate) fn always(condition: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
 /// A run reports the first time that it did; `lamplight fuzz` lists what no run has reached. Call it each time, and not only
 /// where the condition holds: what is never called is never known. Otherwise as `always`.
 #[pyfunction]
-pub(crate) fn sometimes(condition: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+pub(crate) fn sometimes(condition: &Bound<'_, PyAny>, name: &Bound<'_, PyAny>) -> PyResult<()> {
     stated(PropertyKind::Sometimes, condition, name)
 }
 
-fn stated(kind: PropertyKind, condition: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
-    state(kind, condition.is_truthy()?, name).map_err(|error| PyValueError::new_err(error.to_string()))
+fn stated(kind: PropertyKind, condition: &Bound<'_, PyAny>, name: &Bound<'_, PyAny>) -> PyResult<()> {
+    let name = name.cast::<PyString>().map_err(|_| {
+        PyTypeError::new_err(format!(
+            "the condition comes first, then a name, which is a string and not {name}"
+        ))
+    })?;
+    state(kind, condition.is_truthy()?, name.to_str()?)
+        .map_err(|error| PyValueError::new_err(error.to_string()))
 }

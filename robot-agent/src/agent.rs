@@ -31,6 +31,16 @@ pub(crate) fn setup_of(run: &RunDir, id: RobotId) -> anyhow::Result<AgentSetup> 
     Ok(codec::decode(&setup)?)
 }
 
+/// Properties that a run is told of as soon as the controller of `id` states them.
+fn told_to(run: &RunDir, id: RobotId) -> Properties {
+    let run = run.clone();
+    Properties::telling(move |properties| {
+        if let Err(error) = run.tell_properties(id, properties) {
+            tracing::warn!("what the controller states cannot be told: {error}");
+        }
+    })
+}
+
 /// One robot's controller with its ports.
 #[derive(Debug)]
 pub(crate) struct Agent<C, N> {
@@ -57,13 +67,13 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
     pub(crate) fn new(
         id: RobotId,
         program: &str,
+        run: &RunDir,
         setup: &AgentSetup,
-        params: Params,
         ports: AgentPorts,
         new: N,
     ) -> anyhow::Result<Self> {
-        let mut properties = Properties::new();
-        let controller = properties.during(None, || new(id, &params))?;
+        let mut properties = told_to(run, id);
+        let controller = properties.during(None, || new(id, &setup.params))?;
         let (stopwatch, percept) = (Stopwatch::new(), Box::new(Percept::empty(0)));
         Ok(Self {
             id,
@@ -90,7 +100,6 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         if !self.notes.names().is_empty() {
             run.tell_note_names(self.id, self.notes.names()).context("cannot tell the names of notes")?;
         }
-        self.tell_properties(run)?;
         Ok(self.send(BOOT_TICK, &answer, RawTimes::default())?)
     }
 
@@ -123,7 +132,6 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         self.stopwatch.received();
         let answer = self.step();
         self.stopwatch.stepped();
-        self.tell_properties(run)?;
         self.send(self.percept.tick, &answer, self.stopwatch.times())?;
         self.stopwatch.published();
         tracing::trace!(deliveries = self.percept.deliveries.len(), "has answered");
@@ -141,22 +149,11 @@ impl<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>> Agent<C, N> {
         self.transmitter.answer(command)
     }
 
-    /// Tells what the controller has stated, if there is news of it.
-    #[inline]
-    pub(crate) fn tell_properties(&mut self, run: &RunDir) -> anyhow::Result<()> {
-        match self.properties.take_news() {
-            true => run
-                .tell_properties(self.id, self.properties.list())
-                .context("cannot tell what the controller has stated"),
-            false => Ok(()),
-        }
-    }
-
     /// Forgets everything. A frame of its own: a controller on the stack would push that of each cycle onto fresh pages.
     #[inline(never)]
     fn begin_anew(&mut self, run: &RunDir) -> anyhow::Result<()> {
         let params = setup_of(run, self.id)?.params;
-        self.properties = Properties::new();
+        self.properties = told_to(run, self.id);
         let Self { new, id, properties, .. } = self;
         self.controller = properties.during(None, || new(*id, &params))?;
         self.transmitter = Transmitter::new(self.id);

@@ -205,14 +205,12 @@ fn drive<C: Controller, E: fmt::Display>(
     footprint::trim();
     let Joined { setup, run, arena, bell, agent } = &mut *joined;
     tracing::debug!(pid = process::id(), "has joined");
-    let outcome = panic::catch_unwind(AssertUnwindSafe(|| match setup.mode {
+    let outcome = match setup.mode {
         Mode::Lockstep => lockstep::run(agent, bell, run, arena),
         Mode::Realtime => realtime::run(agent, bell, run, arena, setup),
-    }));
-    // What it has stated in the step that it has ended in, too.
-    let told = agent.tell_properties(run);
+    };
     tracing::debug!("leaves");
-    outcome.unwrap_or_else(|panicked| panic::resume_unwind(panicked)).and(told)
+    outcome
 }
 
 /// Needs much more stack than what follows, hence a frame of its own, and its outcome is not on the stack.
@@ -236,11 +234,10 @@ fn join<C: Controller, N: Fn(RobotId, &Params) -> anyhow::Result<C>>(
         let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
         setrlimit(Resource::Data, limit).context("cannot set the limit of its memory")?;
     }
-    let params = setup.params.clone();
     let ports = Session::enter(&run)?
         .join(id, setup.plane, setup.payload_bytes_max.into())
         .map_err(|error| explained(error, &run))?;
-    let agent = Agent::new(id, program, &setup, params, ports, new)?;
+    let agent = Agent::new(id, program, &run, &setup, ports, new)?;
     Ok(Box::new(Joined { setup, run, arena, bell, agent }))
 }
 

@@ -109,11 +109,65 @@ fn every_engine_tells_which_robot_was_first_in_which_life() {
     }
     let strict = run(&["--strict-properties", "--engine", "in-process"]);
     assert_eq!(strict.status.code(), Some(1));
-    assert!(
-        said(&strict).contains("2 of 3 properties were broken that must always hold"),
-        "{}",
-        said(&strict)
-    );
+    assert!(said(&strict).contains("2 of 3 that must always hold did not"), "{}", said(&strict));
+}
+
+/// Robots that state something and then end, each in its way: in their second lives, and one in its third step.
+const ENDING: &str = r#"
+import os
+import lamplight
+from lamplight import Command, Controller
+
+class Ending(Controller):
+    def __init__(self, exits=False):
+        self.exits = exits
+        lamplight.always(self.life == 1 or self.robot != 1, "made")
+        if self.life > 1 and self.robot == 1:
+            raise ValueError("in __init__")
+
+    def boot(self):
+        lamplight.always(self.life == 1 or self.robot != 2, "booted")
+        if self.life > 1 and self.robot == 2:
+            raise ValueError("in boot")
+        return Command()
+
+    def step(self, percept):
+        if self.exits and self.robot == 0 and percept.tick == 3:
+            lamplight.always(False, "goes on")
+            os._exit(3)
+        return Command()
+"#;
+
+#[test]
+fn what_is_stated_just_before_the_end_of_a_life_counts() {
+    if interpreter().is_none() {
+        return;
+    }
+    let folder = folder("hang_timeout_s = 60\n[controller]\npython = \"my.py\"\n");
+    fs::write(folder.path().join("my.py"), ENDING).unwrap();
+    let run = |more: &[&str]| {
+        summary(&in_folder(folder.path(), &[&["run", "s.toml", "--quiet", "--json"], more].concat()))
+    };
+    let plan = r#"fault=[{ kind = "kill", at_s = 0.5, restart_at_s = 1, robots = "1-2" }]"#;
+    for policy in ["exclude", "restart"] {
+        let policy = format!("processes.on_hang={policy}");
+        let args = ["--set", plan, "--set", &policy];
+        let (processes, in_process) = (run(&args), run(&[&args[..], &["--engine", "in-process"]].concat()));
+        for (name, robot) in [("made", 1), ("booted", 2)] {
+            let first = json!({ "robot": robot, "life": 2, "tick": null });
+            assert_eq!(
+                processes["always"][name],
+                json!({ "robots": 4, "broken_by": 1, "first": first }),
+                "{policy}"
+            );
+        }
+        for key in ["digest", "always", "sometimes", "robots_alive"] {
+            assert_eq!(in_process[key], processes[key], "{key} {policy}");
+        }
+    }
+    let exited = run(&["--set", "controller.params.exits=true"]);
+    assert_eq!(exited["incidents"][0]["tick"], 3);
+    assert_eq!(exited["always"]["goes on"]["first"]["tick"], 3, "an exit loses nothing");
 }
 
 #[test]

@@ -84,6 +84,8 @@ pub struct Arena {
     held_back: Vec<VecDeque<(Tick, Order)>>,
     /// Whether each robot is shown the true field.
     shown_field: Vec<bool>,
+    /// Whether a robot's payloads are its user's; empty if nobody's are.
+    says_own: Vec<bool>,
     /// Packets that each robot has heard since its last percept.
     inboxes: Vec<Vec<Heard>>,
     /// Whether each robot has bumped into something since.
@@ -123,6 +125,10 @@ impl Arena {
             payloads: Payloads::default(),
             lives: vec![None; robots],
             shown_field: controllers().map(Controller::senses_field).collect(),
+            says_own: match scenario.controllers.iter().all(|controller| controller.law().is_some()) {
+                true => Vec::new(),
+                false => controllers().map(|controller| controller.law().is_none()).collect(),
+            },
             held_back: vec![VecDeque::new(); robots],
             inboxes: vec![Vec::new(); robots],
             bumped: vec![false; robots],
@@ -486,7 +492,14 @@ impl Arena {
         let tick = self.current_tick();
         for ((id, pose), percept) in ids.zip(self.world.poses()).zip(&self.percepts) {
             let deliveries = if with_percepts { &percept.deliveries[..] } else { &[] };
-            self.digest.record(tick, id, pose, deliveries);
+            if self.says_own.is_empty() {
+                self.digest.record(tick, id, pose, deliveries, |_| None);
+                continue;
+            }
+            let is_own =
+                |heard: &Delivery| self.says_own.get(heard.packet.sender().index as usize) == Some(&true);
+            let said = |heard| is_own(heard).then(|| percept.payload(heard));
+            self.digest.record(tick, id, pose, deliveries, said);
         }
     }
 }

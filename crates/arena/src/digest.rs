@@ -1,8 +1,8 @@
 //! The digest: what happened in a run, in 128 bits.
 //!
 //! A hash over each tick's robot ids, the bits of their poses, and the ids of the packets they
-//! heard. Two runs with equal digests were the same run; lock-step processes and the in-process
-//! engine must agree on it.
+//! heard; of packets of users' own controllers also what they say, since nothing else may show it. Two runs with equal
+//! digests were the same run; lock-step processes and the in-process engine must agree on it.
 
 use protocol::{
     percept::{Delivery, Tick},
@@ -27,8 +27,17 @@ impl Default for Digest {
 }
 
 impl Digest {
-    /// Takes in one robot's tick. Robots come in the order of their indices.
-    pub fn record(&mut self, tick: Tick, robot: RobotId, pose: &Pose, heard: &[Delivery]) {
+    /// Takes in one robot's tick. Robots come in the order of their indices. Of a packet in which `said` finds something, that
+    /// counts too.
+    #[inline]
+    pub fn record<'a>(
+        &mut self,
+        tick: Tick,
+        robot: RobotId,
+        pose: &Pose,
+        heard: &'a [Delivery],
+        said: impl Fn(&'a Delivery) -> Option<&'a [u8]>,
+    ) {
         self.number(tick);
         self.id(robot);
         for value in [pose.position.x, pose.position.y, pose.heading] {
@@ -38,6 +47,10 @@ impl Digest {
         for delivery in heard {
             self.id(delivery.packet.sender());
             self.number(delivery.packet.sequence().into());
+            if let Some(payload) = said(delivery) {
+                self.number(payload.len() as u64);
+                self.bytes.extend_from_slice(payload);
+            }
         }
         self.hasher.write(&self.bytes);
         self.bytes.clear();
@@ -70,7 +83,7 @@ mod tests {
 
     fn digest(x: f64, robot: RobotId) -> String {
         let mut digest = Digest::default();
-        digest.record(0, robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &[]);
+        digest.record(0, robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &[], |_| None);
         digest.hex()
     }
 

@@ -1,7 +1,7 @@
 //! The in-process squad: every controller in one plain loop, without a process or a byte of
 //! shared memory between them. Bit for bit what lock-step processes compute.
 
-use std::mem;
+use std::{collections::BTreeSet, mem};
 
 use protocol::{
     command::Answer,
@@ -32,6 +32,8 @@ pub struct InProcess<C, N> {
     /// The tick of the percepts that were sent last.
     tick: Option<Tick>,
     incidents: Vec<Incident>,
+    /// Words with which controllers have ended and that were shown.
+    told: BTreeSet<String>,
     /// What lives have stated that are over.
     stated: Vec<(RobotId, Vec<Property>)>,
 }
@@ -61,27 +63,12 @@ struct Life<C> {
 impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
     /// Makes robots of these numbers of `scenario`, each with a controller of its own by `new`. Where that fails, it is a life
     /// that does not begin.
-    ///
-    /// # Errors
-    /// The first that `new` fails with, if it does for all robots of a controller.
-    pub fn new(
-        scenario: &Scenario,
-        robots: impl IntoIterator<Item = u32>,
-        new: N,
-    ) -> Result<Self, SquadError> {
+    pub fn new(scenario: &Scenario, robots: impl IntoIterator<Item = u32>, new: N) -> Self {
         let controllers: Vec<RobotSet> =
             scenario.controllers.iter().map(|controller| controller.robots.clone()).collect();
-        let stillborn = |id, SquadError(why)| Life { ended: Some(why), ..Life::new(id, None, 0) };
-        let life = |id| Life::begin(id, &new, 0).unwrap_or_else(|why| stillborn(id, why));
-        let robots: Vec<Life<C>> = robots.into_iter().map(RobotId::first).map(life).collect();
-        for controller in &controllers {
-            let mut lives = robots.iter().filter(|life| controller.contains(life.id.index)).peekable();
-            let first = lives.peek().and_then(|life| life.ended.clone());
-            if let (Some(why), true) = (first, lives.all(|life| life.ended.is_some())) {
-                return Err(SquadError(why));
-            }
-        }
-        Ok(Self {
+        let life = |index| Life::begin(RobotId::first(index), &new, 0);
+        let robots = robots.into_iter().map(life).collect();
+        Self {
             robots,
             new,
             payload_bytes_max: scenario.channel.payload_bytes_max.get().into(),
@@ -89,12 +76,19 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             controllers,
             tick: None,
             incidents: Vec::new(),
+            told: BTreeSet::new(),
             stated: Vec::new(),
-        })
+        }
     }
 
     /// Does about the robot at `place`, whose controller has ended as `what` says, what the scenario says.
-    fn apply_hang_policy(&mut self, place: usize, tick: Tick, what: String) -> Result<(), SquadError> {
+    fn apply_hang_policy(
+        &mut self,
+        place: usize,
+        tick: Tick,
+        what: String,
+        why: String,
+    ) -> Result<(), SquadError> {
         let (id, refused) = (self.robots[place].id, self.robots[place].refused);
         let consequence = match self.on_hang {
             OnHang::Fail => return Err(SquadError(what)),
@@ -102,7 +96,9 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             OnHang::Restart => "it is restarted".into(),
         };
         let what = format!("{what}; {consequence}");
-        tracing::warn!("{what}");
+        if self.told.insert(why) {
+            tracing::warn!("{what} (others that end so are counted, not shown)");
+        }
         self.incidents.push(Incident { robot: id.index, tick, what });
         match self.on_hang {
             OnHang::Restart => self.begin_anew(place, tick),
@@ -130,7 +126,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
             let life = &mut self.robots[place];
             let Some(why) = life.ended.take() else { continue };
             let what = what(life.id, &why);
-            self.apply_hang_policy(place, tick, what)?;
+            self.apply_hang_policy(place, tick, what, why)?;
             let life = &mut self.robots[place];
             answers[life.index()] = life.answer.take();
         }
@@ -158,24 +154,20 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
         let attempts = if self.on_hang == OnHang::Restart { STILLBORN_MAX } else { 1 };
         for left in (0..attempts).rev() {
             let (id, refused) = (self.robots[place].id.reborn(), self.robots[place].refused);
-            let begun = Life::begin(id, &self.new, refused).and_then(|mut life| {
-                life.boot(self.payload_bytes_max);
-                match life.ended.take() {
-                    None => Ok(life),
-                    Some(why) => Err(SquadError(why)),
-                }
-            });
-            let why = match begun {
-                Ok(life) => {
-                    self.replace(place, life);
-                    return Ok(());
-                }
-                Err(why) if self.on_hang == OnHang::Fail => return Err(why),
-                Err(why) => why,
+            let mut life = Life::begin(id, &self.new, refused);
+            life.boot(self.payload_bytes_max);
+            let ended = life.ended.take();
+            life.is_out = ended.is_some() && left == 0;
+            self.replace(place, life);
+            let what = match ended {
+                None => return Ok(()),
+                Some(why) => format!("{id} cannot begin: {why}"),
             };
-            self.replace(place, Life { is_out: left == 0, ..Life::new(id, None, refused) });
+            if self.on_hang == OnHang::Fail {
+                return Err(SquadError(what));
+            }
             let consequence = if left == 0 { "left out from here on" } else { "restarted" };
-            let what = format!("{id} cannot begin: {why}; it is {consequence}");
+            let what = format!("{what}; it is {consequence}");
             tracing::warn!("{what}");
             self.incidents.push(Incident { robot: id.index, tick, what });
         }
@@ -190,15 +182,13 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> InProcess<C, N> {
 }
 
 impl<C: Controller> Life<C> {
-    /// A life whose controller is made by `new`.
-    fn begin(
-        id: RobotId,
-        new: impl Fn(RobotId) -> Result<C, SquadError>,
-        refused: u64,
-    ) -> Result<Self, SquadError> {
-        let mut properties = Properties::new();
-        let controller = properties.during(None, || new(id))?;
-        Ok(Self { properties, ..Self::new(id, Some(controller), refused) })
+    /// A life whose controller is made by `new`; it has ended if that fails.
+    fn begin(id: RobotId, new: impl Fn(RobotId) -> Result<C, SquadError>, refused: u64) -> Self {
+        let mut properties = Properties::default();
+        match properties.during(None, || new(id)) {
+            Ok(controller) => Self { properties, ..Self::new(id, Some(controller), refused) },
+            Err(SquadError(why)) => Self { properties, ended: Some(why), ..Self::new(id, None, refused) },
+        }
     }
 
     fn new(id: RobotId, controller: Option<C>, refused: u64) -> Self {
@@ -212,7 +202,7 @@ impl<C: Controller> Life<C> {
             ended: None,
             refused,
             notes: Notes::default(),
-            properties: Properties::new(),
+            properties: Properties::default(),
         }
     }
 
@@ -278,8 +268,7 @@ impl<C: Controller, N: Fn(RobotId) -> Result<C, SquadError>> Squad for InProcess
         _: &StopFlag,
         _: &mut WaitingSink<'_>,
     ) -> Result<(), SquadError> {
-        let begun = self.robots.iter_mut().filter(|life| life.ended.is_none());
-        begun.for_each(|life| life.boot(self.payload_bytes_max));
+        self.robots.iter_mut().for_each(|life| life.boot(self.payload_bytes_max));
         self.take_answers(answers);
         self.deal_with_ended(answers, |id, why| {
             format!("the controller of {id} ended before it joined: {why}")
@@ -391,7 +380,7 @@ mod tests {
     fn of(robots: impl IntoIterator<Item = u32>) -> impl Squad {
         let scenario = scenario(&[]);
         let setup = scenario.coverage_setup(0).unwrap();
-        InProcess::new(&scenario, robots, move |id| Ok(CoverageController::new(id, setup))).unwrap()
+        InProcess::new(&scenario, robots, move |id| Ok(CoverageController::new(id, setup)))
     }
 
     fn scenario(sets: &[&str]) -> Scenario {
@@ -501,7 +490,7 @@ mod tests {
                 1 | 2 => Err(SquadError("not now".into())),
                 _ => Ok(Talkative(0)),
             };
-            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new).unwrap());
+            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new));
             let restart = [ProcessFault { robot: 1, action: ProcessAction::Restart }];
             let done = squad.apply_process_faults(7, &restart, &mut answers, &mut |_| ());
             let Some(lives) = lives else {
@@ -531,7 +520,7 @@ mod tests {
             0 => Ok(Talkative(0)),
             _ => Err(SquadError("no".into())),
         };
-        let (mut squad, mut answers) = joined(InProcess::new(&scenario(&[]), 0..ROBOTS, new).unwrap());
+        let (mut squad, mut answers) = joined(InProcess::new(&scenario(&[]), 0..ROBOTS, new));
         let restart = |robot| ProcessFault { robot, action: ProcessAction::Restart };
         let mut apply = |robots: std::ops::Range<u32>| {
             squad.apply_process_faults(0, &robots.map(restart).collect::<Vec<_>>(), &mut answers, &mut |_| ())
@@ -564,7 +553,7 @@ mod tests {
         let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [1, 1]\nrobots.count = 1\n\
                     channel = { range_m = 1, payload_bytes_max = 3 }\ncontroller.program = [\"talkative\"]";
         let scenario = Scenario::parse("test", text, &[]).unwrap();
-        let mut squad = InProcess::new(&scenario, 0..1, |_| Ok(Talkative(0))).unwrap();
+        let mut squad = InProcess::new(&scenario, 0..1, |_| Ok(Talkative(0)));
         let mut answers = vec![None];
         squad.join_all(&mut answers, &StopFlag::default(), &mut |_| ()).unwrap();
         for tick in 0..5 {
@@ -611,7 +600,7 @@ mod tests {
         ] {
             let scenario = scenario(&[&format!("processes.on_hang={on_hang}")]);
             let new = |id: RobotId| Ok(Fragile(id, 0));
-            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new).unwrap());
+            let (mut squad, mut answers) = joined(InProcess::new(&scenario, 0..ROBOTS, new));
             let mut failure = None;
             for tick in 0..8 {
                 squad.send(&vec![Percept::empty(tick); ROBOTS as usize]).unwrap();

@@ -33,9 +33,6 @@ pub enum RunError {
         /// Constructors that were given.
         given: usize,
     },
-    /// A controller refuses its parameters.
-    #[error(transparent)]
-    Refused(#[from] SquadError),
 }
 
 /// Makes a constructor of one that [`run`] takes: what is given to `robot_agent::main` will do.
@@ -70,6 +67,6 @@ pub fn run(
         controllers[entry](robot, &params[entry])
     };
     let mut arena = Arena::new(scenario)?;
-    let mut squad = InProcess::new(scenario, 0..scenario.robot_count(), new)?;
+    let mut squad = InProcess::new(scenario, 0..scenario.robot_count(), new);
     Ok(play(scenario, &mut arena, &mut squad, Plan::IN_PROCESS, observers, &StopFlag::default()))
 }

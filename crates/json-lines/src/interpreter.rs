@@ -72,7 +72,8 @@ impl Interpreter {
         }
         CommandLine::read(line, tick).unwrap_or_else(|error| {
             let shown: String = String::from_utf8_lossy(line).trim_end().chars().take(200).collect();
-            give_up(format!("{name} has answered `{}`: {error}", shown.escape_debug()))
+            let shown = shown.replace(char::is_control, " ");
+            give_up(format!("{name} has answered `{shown}`: {error}"))
         })
     }
 }

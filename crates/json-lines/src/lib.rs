@@ -132,7 +132,7 @@ pub struct CommandLine {
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
     /// It is no JSON, or not of this form.
-    #[error("it is no command: {0}")]
+    #[error("it is no command: {0} (standard output is for commands alone; standard error comes in the log)")]
     Json(#[from] serde_json::Error),
     /// It answers another percept.
     #[error("it answers {}, and {} was asked", named(*.actual), named(*.expected))]

@@ -230,7 +230,14 @@ impl Controller {
         let (file, robots) = (&python.file, &self.robots);
         let contents = fs::read(file).map_err(|error| {
             let message = format!("the controller {file} of robots {robots} cannot be read: {error}");
-            self.error(message, "correct its path, which is relative to the scenario file")
+            let on_command_line =
+                matches!(&self.origin.0, Some(Place::Override(it)) if it.starts_with("--controller"));
+            let hint = match (file.contains(".py"), on_command_line) {
+                (true, false) => "correct its path, which is relative to the scenario file",
+                (true, true) => "correct its path, which is relative to the folder that you are in",
+                (false, _) => "a controller in Python is named FILE.py:CLASS, or FILE.py",
+            };
+            self.error(message, hint)
         })?;
         let found: String = Sha256::digest(&contents).iter().map(|byte| format!("{byte:02x}")).collect();
         if let Some(expected) =

@@ -33,6 +33,10 @@ impl Scenario {
 
 /// The text of a file, or what is wrong with it and a hint.
 fn read(path: &Path) -> Result<String, (String, Option<String>)> {
+    if path.extension().is_some_and(|extension| extension == "py") {
+        let hint = format!("name a scenario, and this one by --controller {}", path.display());
+        return Err(("is a file of Python, not a scenario".into(), Some(hint)));
+    }
     let bytes = bytes(path).map_err(|error| match error.kind() {
         ErrorKind::NotFound => ("no such file".into(), similar_files(path)),
         ErrorKind::IsADirectory => ("is a directory, not a scenario file".into(), None),

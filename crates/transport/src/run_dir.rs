@@ -588,7 +588,7 @@ mod tests {
     #[test]
     fn properties_are_taken_as_each_life_has_told_them_last() {
         let (dir, owner) = RunDir::create(name("properties")).unwrap();
-        let (id, mut properties) = (RobotId::first(30), Properties::new());
+        let (id, mut properties) = (RobotId::first(30), Properties::default());
         properties.during(Some(2), || always(true, "sound"));
         dir.tell_properties(id, properties.list()).unwrap();
         properties.during(Some(3), || always(false, "sound"));

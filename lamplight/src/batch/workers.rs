@@ -144,7 +144,15 @@ fn played_in_process(plan: &Plan, index: usize, stop: &StopFlag) -> anyhow::Resu
     let trial = plan.trial(index);
     let record =
         in_process::trial(&trial.scenario, stop).and_then(whole).with_context(|| named(plan, &trial))?;
-    done(plan, &trial, record, stop)
+    match record.incidents.first() {
+        None => done(plan, &trial, record, stop),
+        Some(incident) => {
+            // No accident: it would end the same again.
+            let named = named(plan, &trial);
+            tracing::warn!("{named} lost agents: {}; it is left out of the statistics", incident.what);
+            Ok(Done::LostAgents)
+        }
+    }
 }
 
 /// Returns what is kept of a trial, with the exact controller's cost if it is asked for.

@@ -77,23 +77,23 @@ fn has_ground(cell: &Polygon) -> bool {
     cell.first().is_some_and(|&about| Moments::of(cell, about).area > 0.0)
 }
 
-/// Did the run end as it should, with every robot and packet accounted for, and what its controllers state?
+/// What does not hold of a run that is over, each in a line: it should end, with every robot and packet accounted for, and
+/// with what its controllers state.
 pub(crate) fn at_end(summary: &Summary) -> Result<(), String> {
-    match summary.ended {
-        Ending::Finished | Ending::Converged => {}
-        Ending::Interrupted => return Err("the run was interrupted".into()),
+    let ended = match summary.ended {
+        Ending::Finished | Ending::Converged => None,
+        Ending::Interrupted => Some("the run was interrupted".into()),
         Ending::Failed => {
-            return Err(summary.failure.clone().unwrap_or_else(|| "the run failed, nobody knows why".into()));
+            Some(summary.failure.clone().unwrap_or_else(|| "the run failed, nobody knows why".into()))
         }
-    }
-    if let Some(incident) = summary.incidents.first() {
-        return Err(format!("tick {}: {}", incident.tick, incident.what));
-    }
-    if summary.commands_refused > 0 {
-        return Err(format!("{} commands were refused", summary.commands_refused));
-    }
-    if let Some(broken) = summary.properties.broken().next() {
-        return Err(summary_text::broken(broken));
-    }
-    summary.end.packets.check()
+    };
+    let died = summary.incidents.first().filter(|incident| ended.as_ref() != Some(&incident.what));
+    let died = died.map(|incident| format!("tick {}: {}", incident.tick, incident.what));
+    let refused = summary.commands_refused;
+    let refused = (refused > 0).then(|| format!("commands that were refused: {refused}"));
+    let broken = summary.properties.broken().map(summary_text::broken);
+    let uncounted = summary.end.packets.check().err();
+    let all = ended.into_iter().chain(died).chain(refused).chain(broken).chain(uncounted);
+    let all: Vec<String> = all.collect();
+    if all.is_empty() { Ok(()) } else { Err(all.join("\n  and ")) }
 }

@@ -268,6 +268,18 @@ impl Path {
         })
     }
 
+    /// The longest part of it that leads somewhere, and where.
+    fn deepest<'a>(&self, summary: &'a Value) -> (Self, &'a Value) {
+        let parts = (0..=self.0.len()).rev().map(|steps| Self(self.0[..steps].to_vec()));
+        let mut places = parts.filter_map(|part| part.value(summary).map(|value| (part, value)));
+        places.next().expect("no steps lead to the summary itself")
+    }
+
+    /// It with one more step.
+    fn and(&self, step: &str) -> Self {
+        Self(self.0.iter().cloned().chain([step.to_owned()]).collect())
+    }
+
     /// Reads the path that `rest` begins with, and its length in bytes.
     fn read(rest: &str) -> Result<(Self, usize), &'static str> {
         let (mut steps, mut at) = (Vec::new(), 0);
@@ -317,15 +329,19 @@ pub(crate) fn path(steps: &[&str]) -> String {
 fn missing(path: &Path, summary: &Value) -> MeaningError {
     let mut paths = Vec::new();
     collect_paths(summary, &mut Vec::new(), &mut paths);
-    let path = path.to_string();
+    let (known, path) = (path, path.to_string());
     let similarity = |known: &String| strsim::jaro_winkler(&path, known);
     let best = paths.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
     let guess = match best.filter(|best| similarity(best) >= SIMILAR) {
         Some(best) => format!("; did you mean `{best}`?"),
         None => {
-            let keys: Vec<&str> =
-                summary.as_object().into_iter().flatten().map(|(key, _)| key.as_str()).collect();
-            format!("\nhint: it has `{}`", keys.join("`, `"))
+            let (known, place) = known.deepest(summary);
+            let keys = place.as_object().into_iter().flatten();
+            let keys: Vec<String> = keys.map(|(key, _)| known.and(key).to_string()).collect();
+            match keys.is_empty() {
+                true => format!("\nhint: `{known}` has nothing in it"),
+                false => format!("\nhint: it has `{}`", keys.join("`, `")),
+            }
         }
     };
     MeaningError::Path { path, guess }
