@@ -17,6 +17,7 @@ use observe::{
     log_context::LogContext,
     outputs::Outputs,
     progress::{self, Audience, Progress, Report},
+    recorder::Recorder,
     recovery::Recovery,
     trace::Trace,
     trial,
@@ -180,6 +181,9 @@ fn one_run(
     let mut outputs = (options.out.as_deref())
         .map(|folder| Outputs::begin(folder, scenario, Arc::clone(&profile)))
         .transpose()?;
+    let mut recorder = (options.out.as_deref().filter(|_| options.record))
+        .map(|folder| Recorder::begin(folder, scenario))
+        .transpose()?;
     let mut trace = Trace::begin(&options.trace, scenario, mode).inspect_err(|_| {
         outputs.iter().for_each(Outputs::take_back);
     })?;
@@ -200,6 +204,7 @@ fn one_run(
     let mut observers: Vec<&mut dyn Observer> =
         vec![&mut context, &mut convergence, &mut recovery, &mut totals, &mut publisher];
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
+    observers.extend(recorder.as_mut().map(|recorder| recorder as &mut dyn Observer));
     observers.extend(trace.as_mut().map(|trace| trace as &mut dyn Observer));
     // Last, so that its summary has what the others know.
     observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));

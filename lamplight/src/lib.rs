@@ -16,6 +16,7 @@ mod name;
 mod new;
 mod outcome;
 mod python;
+mod replay;
 mod report;
 mod run;
 mod schema;
@@ -77,6 +78,12 @@ enum Command {
     /// asks for and no run has reached is listed in the end. Exit status: 0 if no run failed, 1 if one did, 2 for bad
     /// arguments or a bad scenario, 130 after Ctrl-C.
     Fuzz(fuzz::FuzzArgs),
+    /// Say what a recording holds, or verify it: run its scenario again and compare each tick
+    ///
+    /// A recording is DIR/run.mcap of `lamplight run --record --out DIR`; one that was cut holds what came before.
+    /// Exit status: 0, also if the recording was cut and what it holds is what happens; 1 if it is not, or cannot be
+    /// found out; 2 for a file that is no recording, or cannot be verified; 130 after Ctrl-C.
+    Replay(replay::ReplayArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
     ///
     /// Writes DIR/report.html and DIR/figures/*.svg, and says where the page is. The same folder gives the same
@@ -133,6 +140,7 @@ fn obey(command: Command) -> Result<Status, Failure> {
         Command::Batch(args) => batch::batch(&args),
         Command::Shrink(args) => shrink::shrink(&args),
         Command::Fuzz(args) => fuzz::fuzz(&args),
+        Command::Replay(args) => replay::replay(&args),
         Command::Report(args) => report::report(&args),
         Command::Top(args) => top::top(&args),
         Command::Check(args) => check::check(&args),

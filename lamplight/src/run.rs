@@ -21,6 +21,7 @@ use observe::{
     log_context::LogContext,
     outputs::{self, Outputs},
     progress::{Audience, Progress},
+    recorder::Recorder,
     recovery::Recovery,
 };
 use options::{PlayOptions, RunOptions, Work};
@@ -175,11 +176,15 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = options.out.as_deref().map(|out| Outputs::begin(out, scenario, ProfileSlot::default()));
     let mut outputs = outputs.transpose().map_err(Failure::Run)?;
+    let mut recorder = (options.out.as_deref().filter(|_| options.record))
+        .map(|folder| Recorder::begin(folder, scenario))
+        .transpose()?;
     let mut progress = (!options.quiet).then(|| Progress::new(Audience::StandardError));
     let mut publisher = live.map(|live| SnapshotPublisher::new(live, WatchedCycles::default()));
     let (mut context, mut recovery) = (LogContext, Recovery::new(scenario));
     let mut observers: Vec<&mut dyn Observer> = vec![&mut context, &mut recovery];
     observers.extend(publisher.as_mut().map(|publisher| publisher as &mut dyn Observer));
+    observers.extend(recorder.as_mut().map(|recorder| recorder as &mut dyn Observer));
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
     observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));
     let plan = Plan { speed: options.speed, ..Plan::IN_PROCESS };

@@ -18,7 +18,7 @@ use protocol::{
 
 use crate::{
     channel::{Channel, Crowding, Moment, Reception},
-    digest::Digest,
+    digest::{Digest, RobotTick},
     executor::{Executor, Sequential},
     fault::{FaultPlan, Passage, ledger::Line},
     field::Field,
@@ -178,7 +178,7 @@ impl Arena {
                 self.sense(robot, tick);
             }
         }
-        self.record(begins_cycle);
+        self.record();
         begins_cycle.then_some(&self.percepts)
     }
 
@@ -484,23 +484,31 @@ impl Arena {
         }
     }
 
-    fn record(&mut self, with_percepts: bool) {
+    fn record(&mut self) {
+        let mut digest = mem::take(&mut self.digest);
+        self.robot_ticks().for_each(|robot| digest.record(robot));
+        self.digest = digest;
+    }
+
+    /// A number for each robot, which says what the [digest](Self::digest) takes in of it in the current tick.
+    pub fn hashes(&self) -> Vec<u64> {
+        let mut digest = Digest::default();
+        self.robot_ticks().map(|robot| digest.of_robot(robot)).collect()
+    }
+
+    /// What the digest takes in of the current tick, robot by robot.
+    #[inline]
+    fn robot_ticks(&self) -> impl Iterator<Item = RobotTick<'_>> {
+        let (tick, with_percepts, says_own) =
+            (self.current_tick(), self.percepts().is_some(), &self.says_own[..]);
         let ids = self.said.iter().zip(0..).map(|(packet, index)| match packet {
             Some(packet) => packet.sender(),
             None => RobotId::first(index),
         });
-        let tick = self.current_tick();
-        for ((id, pose), percept) in ids.zip(self.world.poses()).zip(&self.percepts) {
-            let deliveries = if with_percepts { &percept.deliveries[..] } else { &[] };
-            if self.says_own.is_empty() {
-                self.digest.record(tick, id, pose, deliveries, |_| None);
-                continue;
-            }
-            let is_own =
-                |heard: &Delivery| self.says_own.get(heard.packet.sender().index as usize) == Some(&true);
-            let said = |heard| is_own(heard).then(|| percept.payload(heard));
-            self.digest.record(tick, id, pose, deliveries, said);
-        }
+        ids.zip(self.world.poses()).zip(&self.percepts).map(move |((robot, pose), percept)| {
+            let percept = with_percepts.then_some(percept);
+            RobotTick { tick, robot, pose, percept, says_own }
+        })
     }
 }
 

@@ -5,10 +5,10 @@
 //! digests were the same run; lock-step processes and the in-process engine must agree on it.
 
 use protocol::{
-    percept::{Delivery, Tick},
+    percept::{Delivery, Percept, Tick},
     robot_id::RobotId,
 };
-use twox_hash::XxHash3_128;
+use twox_hash::{XxHash3_64, XxHash3_128};
 
 use crate::frame::Pose;
 
@@ -26,34 +26,65 @@ impl Default for Digest {
     }
 }
 
+/// One robot's tick, as far as it counts.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotTick<'a> {
+    /// The tick.
+    pub tick: Tick,
+    /// The robot, with its life.
+    pub robot: RobotId,
+    /// Where it is.
+    pub pose: &'a Pose,
+    /// The percept that it was handed, if it was handed one.
+    pub percept: Option<&'a Percept>,
+    /// Robots, by index, of whose packets counts what they say; empty if of nobody's.
+    pub says_own: &'a [bool],
+}
+
 impl Digest {
-    /// Takes in one robot's tick. Robots come in the order of their indices. Of a packet in which `said` finds something, that
-    /// counts too.
+    /// Takes in one robot's tick. Robots come in the order of their indices.
     #[inline]
-    pub fn record<'a>(
-        &mut self,
-        tick: Tick,
-        robot: RobotId,
-        pose: &Pose,
-        heard: &'a [Delivery],
-        said: impl Fn(&'a Delivery) -> Option<&'a [u8]>,
-    ) {
+    pub fn record(&mut self, robot: RobotTick<'_>) {
+        self.write(robot);
+        self.hasher.write(&self.bytes);
+        self.bytes.clear();
+    }
+
+    /// One robot's tick alone, as a number: it tells where two runs part.
+    pub fn of_robot(&mut self, robot: RobotTick<'_>) -> u64 {
+        self.write(robot);
+        let hash = XxHash3_64::oneshot(&self.bytes);
+        self.bytes.clear();
+        hash
+    }
+
+    #[inline]
+    fn write(&mut self, RobotTick { tick, robot, pose, percept, says_own }: RobotTick<'_>) {
         self.number(tick);
         self.id(robot);
         for value in [pose.position.x, pose.position.y, pose.heading] {
             self.number(value.to_bits());
         }
-        self.number(heard.len() as u64);
-        for delivery in heard {
-            self.id(delivery.packet.sender());
-            self.number(delivery.packet.sequence().into());
-            if let Some(payload) = said(delivery) {
+        self.number(percept.map_or(0, |percept| percept.deliveries.len() as u64));
+        let Some(percept) = percept else { return };
+        if says_own.is_empty() {
+            percept.deliveries.iter().for_each(|delivery| self.packet(delivery));
+            return;
+        }
+        for delivery in &percept.deliveries {
+            self.packet(delivery);
+            if says_own.get(delivery.packet.sender().index as usize) == Some(&true) {
+                let payload = percept.payload(delivery);
                 self.number(payload.len() as u64);
                 self.bytes.extend_from_slice(payload);
             }
         }
-        self.hasher.write(&self.bytes);
-        self.bytes.clear();
+    }
+
+    #[inline]
+    fn packet(&mut self, delivery: &Delivery) {
+        self.id(delivery.packet.sender());
+        self.number(delivery.packet.sequence().into());
     }
 
     /// The digest so far, as 32 hexadecimal digits.
@@ -83,7 +114,8 @@ mod tests {
 
     fn digest(x: f64, robot: RobotId) -> String {
         let mut digest = Digest::default();
-        digest.record(0, robot, &Pose::unturned(ArenaPoint::new(x, 0.0)), &[], |_| None);
+        let pose = &Pose::unturned(ArenaPoint::new(x, 0.0));
+        digest.record(RobotTick { tick: 0, robot, pose, percept: None, says_own: &[] });
         digest.hex()
     }
 

@@ -494,7 +494,7 @@ mod tests {
             let restart = [ProcessFault { robot: 1, action: ProcessAction::Restart }];
             let done = squad.apply_process_faults(7, &restart, &mut answers, &mut |_| ());
             let Some(lives) = lives else {
-                assert_eq!(done, Err(SquadError("not now".into())));
+                assert_eq!(done, Err(SquadError("robot 1 (life 2) cannot begin: not now".into())));
                 continue;
             };
             done.unwrap();

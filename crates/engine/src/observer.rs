@@ -219,6 +219,11 @@ impl TickView<'_> {
         self.arena.packets()
     }
 
+    /// Returns a number for each robot that says what the digest takes in of it in this tick.
+    pub fn hashes(&self) -> Vec<u64> {
+        self.arena.hashes()
+    }
+
     /// Returns how many packets each robot has heard since the start.
     pub fn heard(&self) -> &[u64] {
         self.arena.heard()

@@ -11,6 +11,7 @@ pub mod live;
 pub mod log_context;
 pub mod outputs;
 pub mod progress;
+pub mod recorder;
 pub mod recovery;
 pub mod trace;
 pub mod trial;

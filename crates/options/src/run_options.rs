@@ -112,6 +112,10 @@ pub struct PlayOptions {
     #[arg(long)]
     pub no_profile: bool,
 
+    /// Record the run in DIR/run.mcap, for viewers such as Foxglove and rerun, and for `lamplight replay`
+    #[arg(long, requires = "out")]
+    pub record: bool,
+
     /// Whether there is to be a trace
     #[command(flatten)]
     pub trace: TraceOptions,

@@ -37,6 +37,7 @@ mod load;
 mod overrides;
 mod problem;
 mod process_fault;
+mod recorded;
 mod resolve;
 mod robot_set;
 mod robots;

@@ -1,0 +1,278 @@
+//! `lamplight replay`: what a recording holds, and whether it is what happens.
+
+use std::{
+    fs::File,
+    io::BufReader,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, anyhow, bail};
+use clap::Args;
+use engine::{Observer, ObserverError, StopFlag, TickView};
+use logging::Format;
+use observe::progress::Meter;
+use processes::signals::{exit_status, raise_on_stop};
+use protocol::percept::Tick;
+use recording::{
+    Entry, FORMAT, Reader, Topic,
+    lamplight::{End, Run, Tick as RecordedTick},
+};
+use scenario::{Scenario, ScenarioError};
+use serde_json::Value;
+
+use crate::{failure::Failure, in_process, log, status::Status, stdout::say};
+
+/// How often the live line is brought up to date, ticks.
+const SHOW_EVERY: Tick = 100;
+
+#[derive(Args, Debug)]
+pub(crate) struct ReplayArgs {
+    /// Recording of a run, such as DIR/run.mcap
+    file: PathBuf,
+
+    /// Run the scenario of the recording again, in this process, and compare each tick of it
+    #[arg(long)]
+    verify: bool,
+
+    /// No progress on standard error, only warnings and errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(crate) fn replay(args: &ReplayArgs) -> Result<Status, Failure> {
+    log::begin(args.quiet, Format::Text);
+    match args.verify {
+        false => say(&contents(&args.file).map_err(Failure::Usage)?).map(|()| Status::SUCCESS),
+        true => verify(args),
+    }
+}
+
+/// Messages of a recording, whose first says what it is of.
+struct Recording {
+    path: PathBuf,
+    run: Run,
+    entries: Reader<BufReader<File>>,
+}
+
+impl Recording {
+    fn open(path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let mut recording =
+            Self { path: path.into(), run: Run::default(), entries: Reader::new(BufReader::new(file)) };
+        let first = recording.next()?.filter(|entry| entry.topic == Topic::Run);
+        let Some(first) = first else {
+            bail!("{} is no recording of a run, or was cut before its first second", path.display());
+        };
+        recording.run = recording.named(first.message())?;
+        match recording.run.format {
+            FORMAT => Ok(recording),
+            other => bail!(
+                "{} has format {other}, and this program (lamplight {}) reads {FORMAT}; it was recorded by lamplight {}",
+                path.display(),
+                env!("CARGO_PKG_VERSION"),
+                recording.run.lamplight
+            ),
+        }
+    }
+
+    fn next(&mut self) -> anyhow::Result<Option<Entry>> {
+        let next = self.entries.next_entry();
+        self.named(next)
+    }
+
+    /// The next tick, or how the run ended; `None` if the recording was cut.
+    fn next_tick(&mut self) -> anyhow::Result<Option<Step>> {
+        while let Some(entry) = self.next()? {
+            match entry.topic {
+                Topic::Ticks => return self.named(entry.message()).map(|tick| Some(Step::Tick(tick))),
+                Topic::End => return self.named(entry.message()).map(|end| Some(Step::End(end))),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+
+    fn named<T>(&self, outcome: Result<T, recording::ReadError>) -> anyhow::Result<T> {
+        outcome.with_context(|| self.path.display().to_string())
+    }
+
+    /// The scenario, as this program understands it.
+    fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        Scenario::recorded(&self.path.display().to_string(), &self.run.scenario)
+    }
+}
+
+/// What a recording says tick by tick.
+enum Step {
+    Tick(RecordedTick),
+    End(End),
+}
+
+/// What a recording holds, for a person.
+fn contents(path: &Path) -> anyhow::Result<String> {
+    let mut recording = Recording::open(path)?;
+    let scenario = recording.scenario()?;
+    let (mut last, mut end) = (None, None);
+    while let Some(step) = recording.next_tick()? {
+        match step {
+            Step::Tick(tick) => last = Some(tick.tick),
+            Step::End(it) => end = Some(it),
+        }
+    }
+    let Run { lamplight, engine, mode, .. } = &recording.run;
+    let mut text = format!(
+        "{}: {} robots, seed {}, {engine}, {mode}, recorded by lamplight {lamplight}\n",
+        scenario.name,
+        scenario.robot_count(),
+        scenario.seed
+    );
+    text += &match last {
+        None => "no tick was recorded\n".into(),
+        Some(last) => format!(
+            "ticks 0 to {last} of {} ({:.1} s of virtual time)\n",
+            scenario.ticks(),
+            last as f64 * scenario.step_s.get()
+        ),
+    };
+    text += &match end {
+        Some(End { summary }) => {
+            let summary: Value = serde_json::from_str(&summary).context("its summary is not understood")?;
+            let of = |key: &str| summary[key].as_str().unwrap_or_default().to_owned();
+            format!("the run {}; digest {}\n", of("ended"), of("digest"))
+        }
+        None => "it was cut: the run was killed, or had no room to write\n".into(),
+    };
+    Ok(text)
+}
+
+fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
+    let recording = Recording::open(&args.file).map_err(Failure::Usage)?;
+    if recording.run.mode != "lockstep" {
+        return Err(Failure::Usage(anyhow!(
+            "{} was recorded in real time, which depends on its machine; only runs in lock-step can be verified",
+            args.file.display()
+        )));
+    }
+    let mut scenario = recording.scenario().map_err(Failure::usage)?;
+    in_process::prepare(&mut scenario, "programs cannot be verified yet").map_err(Failure::usage)?;
+    let stop = StopFlag::default();
+    raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
+    let enough = StopFlag::default();
+    let mut comparison = Comparison {
+        recording,
+        meter: Meter::begin(Some(scenario.ticks()), args.quiet),
+        stop: stop.clone(),
+        enough: enough.clone(),
+        compared: 0,
+        verdict: None,
+    };
+    let summary = in_process::run_quietly(&scenario, &enough, vec![&mut comparison]).map_err(Failure::Run)?;
+    let Comparison { mut recording, meter, compared, verdict, .. } = comparison;
+    drop(meter);
+    if let Some(signal) = stop.signal() {
+        say(&format!("{compared} ticks are as recorded; interrupted\n"))?;
+        return Ok(Status(exit_status(signal)));
+    }
+    let verdict = match verdict {
+        Some(verdict) => verdict,
+        None => ending(&mut recording, compared, &summary.digest),
+    };
+    match verdict.map_err(Failure::Run)? {
+        Verdict::Same(what) => {
+            say(&format!("{compared} ticks are as recorded; {what}\n")).map(|()| Status::SUCCESS)
+        }
+        Verdict::Different(what) => {
+            say(&format!("{compared} ticks are as recorded; {what}\n"))?;
+            Ok(Status::FAILURE)
+        }
+    }
+}
+
+/// What a comparison comes to.
+enum Verdict {
+    Same(String),
+    Different(String),
+}
+
+/// The run is over: so must the recording be.
+fn ending(recording: &mut Recording, compared: Tick, digest: &str) -> anyhow::Result<Verdict> {
+    match recording.next_tick()? {
+        None => Ok(Verdict::Same("the recording was cut there".into())),
+        Some(Step::Tick(tick)) => Ok(Verdict::Different(format!(
+            "tick {} was recorded, and the run ends at tick {compared}",
+            tick.tick
+        ))),
+        Some(Step::End(End { summary })) => {
+            let summary: Value = serde_json::from_str(&summary).context("its summary is not understood")?;
+            match summary["digest"].as_str() {
+                Some(recorded) if recorded == digest => Ok(Verdict::Same(format!("digest {digest}"))),
+                recorded => Ok(Verdict::Different(format!(
+                    "the recorded digest is {}, and not {digest}",
+                    recorded.unwrap_or("missing")
+                ))),
+            }
+        }
+    }
+}
+
+/// Compares a run, tick by tick, with what was recorded of it, until one differs or there is no more.
+struct Comparison {
+    recording: Recording,
+    meter: Meter,
+    /// Raised by whoever interrupts us.
+    stop: StopFlag,
+    /// Raised by us, when nothing is left to be compared.
+    enough: StopFlag,
+    compared: Tick,
+    verdict: Option<anyhow::Result<Verdict>>,
+}
+
+impl Comparison {
+    fn compare(&mut self, view: &TickView<'_>) -> anyhow::Result<Option<Verdict>> {
+        let recorded = match self.recording.next_tick()? {
+            Some(Step::Tick(tick)) => tick,
+            Some(Step::End(_)) => {
+                let what =
+                    format!("the recorded run ended there, and this one does not (tick {})", view.tick());
+                return Ok(Some(Verdict::Different(what)));
+            }
+            None => return Ok(Some(Verdict::Same("the recording was cut there".into()))),
+        };
+        if recorded.tick != view.tick() {
+            let what = format!("tick {} follows in the recording, and not {}", recorded.tick, view.tick());
+            return Ok(Some(Verdict::Different(what)));
+        }
+        let hashes = view.hashes();
+        let differs = hashes.iter().zip(&recorded.hashes).position(|(ours, theirs)| ours != theirs);
+        match differs.or((hashes.len() != recorded.hashes.len()).then_some(0)) {
+            None => Ok(None),
+            Some(robot) => {
+                let what = format!("in tick {} robot {robot} is another than was recorded", view.tick());
+                Ok(Some(Verdict::Different(what)))
+            }
+        }
+    }
+}
+
+impl Observer for Comparison {
+    fn ticked(&mut self, view: &TickView<'_>) -> Result<(), ObserverError> {
+        if self.verdict.is_some() {
+            return Ok(());
+        }
+        match self.compare(view).transpose() {
+            Some(verdict) => {
+                self.verdict = Some(verdict);
+                self.enough.raise(1);
+            }
+            None => self.compared += 1,
+        }
+        if let Some(signal) = self.stop.signal() {
+            self.enough.raise(signal);
+        }
+        let (compared, ticks) = (self.compared, view.ticks());
+        if compared.is_multiple_of(SHOW_EVERY) {
+            self.meter.show(compared, || format!("{compared} of {ticks} ticks are as recorded"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,204 @@
+//! Recordings of runs: what they hold, that it is what happened, and what is left of one that was cut.
+
+#![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
+
+use std::{
+    fs::{self, File},
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use recording::{Reader, Topic, foxglove::PosesInFrame, lamplight::Tick};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use tempfile::TempDir;
+use tests::{
+    live::wait_until,
+    programs::{lamplight, program, said, scenario},
+};
+
+fn recorded(folder: &TempDir, scenario: &Path, args: &[&str]) -> (Value, PathBuf) {
+    let out = folder.path().join(format!("out-{}", fs::read_dir(folder.path()).unwrap().count()));
+    let output = lamplight(["run", "--quiet", "--json", "--record", "--out"])
+        .arg(&out)
+        .arg(scenario)
+        .args(args)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    (serde_json::from_slice(&output.stdout).unwrap(), out.join("run.mcap"))
+}
+
+fn replay(file: &Path, args: &[&str]) -> Output {
+    lamplight(["replay", "--quiet"]).args(args).arg(file).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+const PLAN: &str = r#"fault=[{ kind = "kill", at_s = 1, restart_at_s = 2, robots = "5-14" },
+                             { kind = "pause", from_s = 1.5, until_s = 3, robots = "20-24" }]"#;
+
+#[test]
+fn a_recording_is_what_happened_whichever_engine_recorded_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--duration", "5", "--set", PLAN];
+    let mut files = Vec::new();
+    for engine in ["processes", "in-process"] {
+        let (summary, file) =
+            recorded(&folder, &scenario("swarmbots"), &[&args[..], &["--engine", engine]].concat());
+        let verified = replay(&file, &["--verify"]);
+        assert!(verified.status.success(), "{}", said(&verified));
+        let digest = summary["digest"].as_str().unwrap();
+        assert_eq!(stdout(&verified), format!("51 ticks are as recorded; digest {digest}\n"));
+        let told = stdout(&replay(&file, &[]));
+        assert!(
+            told.contains("swarmbots: 50 robots, seed 1") && told.contains("ticks 0 to 50 of 50"),
+            "{told}"
+        );
+        assert!(told.contains(&format!("the run finished; digest {digest}")), "{told}");
+        files.push(file);
+    }
+
+    let mut entries = Reader::new(File::open(&files[0]).unwrap());
+    let (mut ticks, mut poses, mut latest) = (0, 0, 0);
+    while let Some(entry) = entries.next_entry().unwrap() {
+        assert!(entry.time_ns >= latest, "in order of time");
+        latest = entry.time_ns;
+        match entry.topic {
+            Topic::Ticks => {
+                let tick: Tick = entry.message().unwrap();
+                assert_eq!((tick.tick, entry.time_ns, tick.hashes.len()), (ticks, ticks * 100_000_000, 50));
+                ticks += 1;
+            }
+            Topic::Robots => {
+                let robots: PosesInFrame = entry.message().unwrap();
+                let is_inside = |x: f64| (0.0..2.4384).contains(&x);
+                let places = robots.poses.iter().map(|pose| pose.position.unwrap());
+                assert!(
+                    places.clone().count() == 50
+                        && places.clone().all(|at| is_inside(at.x) && is_inside(at.y))
+                );
+                poses += 1;
+            }
+            _ => {}
+        }
+    }
+    assert_eq!((ticks, poses, entries.cut()), (51, 51, None));
+}
+
+#[test]
+fn another_run_is_told_apart_with_tick_and_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, file) = recorded(&folder, &scenario("swarmbots"), &["--duration", "2", "--engine", "in-process"]);
+    let bytes = fs::read(&file).unwrap();
+    // The ticks of another run behind the scenario of this one.
+    let other = recorded(
+        &folder,
+        &scenario("swarmbots"),
+        &["--duration", "2", "--engine", "in-process", "--seed", "2"],
+    )
+    .1;
+    let swapped = folder.path().join("swapped.mcap");
+    swap_scenario(&other, &file, &swapped);
+    let output = replay(&swapped, &["--verify"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(
+        stdout(&output).starts_with("0 ticks are as recorded; in tick 0 robot 0 is another"),
+        "{}",
+        said(&output)
+    );
+
+    for (name, contents) in [("empty", &b""[..]), ("text", b"no recording at all"), ("begun", &bytes[..100])]
+    {
+        let path = folder.path().join(name);
+        fs::write(&path, contents).unwrap();
+        let output = replay(&path, &["--verify"]);
+        assert_eq!(output.status.code(), Some(2), "{name}: {}", said(&output));
+        assert!(said(&output).contains(name), "{}", said(&output));
+    }
+    let missing = replay(&folder.path().join("missing.mcap"), &[]);
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(said(&missing).contains("cannot read "), "{}", said(&missing));
+}
+
+/// Writes the ticks of one recording behind the first message of another.
+fn swap_scenario(ticks: &Path, scenario: &Path, to: &Path) {
+    let mut writer = recording::Writer::new(File::create(to).unwrap()).unwrap();
+    let mut first = Reader::new(File::open(scenario).unwrap());
+    let run: recording::lamplight::Run = first.next_entry().unwrap().unwrap().message().unwrap();
+    writer.write(Topic::Run, 0, &run).unwrap();
+    let mut entries = Reader::new(File::open(ticks).unwrap());
+    while let Some(entry) = entries.next_entry().unwrap() {
+        if entry.topic == Topic::Ticks {
+            writer.write(Topic::Ticks, entry.time_ns, &entry.message::<Tick>().unwrap()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_run_that_is_killed_leaves_a_recording_that_can_be_verified() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut run =
+        lamplight(["run", "--quiet", "--record", "--engine", "in-process", "--speed", "10", "--out"])
+            .arg(&out)
+            .arg(scenario("swarmbots"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+    let file = out.join("run.mcap");
+    // Two flushes: one tick in ten milliseconds.
+    let length = || file.metadata().map_or(0, |file| file.len());
+    wait_until("a chunk is there", || length() > 60_000);
+    let before = length();
+    wait_until("another is there", || length() > before);
+    kill_process(Pid::from_child(&run), Signal::KILL).unwrap();
+    run.wait().unwrap();
+    let output = replay(&file, &["--verify"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let told = stdout(&output);
+    let (ticks, how) = told.trim_end().split_once(" ticks are as recorded; ").unwrap();
+    assert!(ticks.parse::<u64>().unwrap() > 10 && how == "the recording was cut there", "{told}");
+    assert!(stdout(&replay(&file, &[])).contains("it was cut"));
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_and_not_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = Command::new("bash")
+        .args(["-c", "ulimit -f 500; exec \"$@\"", "bash"])
+        .arg(program("lamplight"))
+        .args(["run", "--quiet", "--json", "--record", "--engine", "in-process", "--out"])
+        .arg(&out)
+        .arg(scenario("swarmbots"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(
+        said(&output).contains("run.mcap: File too large")
+            && said(&output).contains("the recording ends there"),
+        "{}",
+        said(&output)
+    );
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["ended"], "finished");
+    let verified = replay(&out.join("run.mcap"), &["--verify"]);
+    assert!(verified.status.success(), "{}", said(&verified));
+}
+
+#[test]
+fn what_cannot_be_recorded_or_verified_is_said() {
+    let output = lamplight(["run", "--record"]).arg(scenario("swarmbots")).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("--out"), "{}", said(&output));
+    let folder = tempfile::tempdir().unwrap();
+    let (_, file) = recorded(&folder, &scenario("swarmbots"), &["--duration", "1", "--mode", "realtime"]);
+    let output = replay(&file, &["--verify"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("was recorded in real time"), "{}", said(&output));
+}
