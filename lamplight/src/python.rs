@@ -207,8 +207,8 @@ except ImportError as error:
     sys.exit(2)
 main()";
 /// The way out where an interpreter has no package.
-const INSTALL: &str = "install the package lamplight in it (`scripts/package wheel` makes it), or name another interpreter by \
-                       LAMPLIGHT_PYTHON";
+const INSTALL: &str = "install the package lamplight in it, which needs Python 3.10 or later (`scripts/package wheel` makes it), or \
+                       name another interpreter by LAMPLIGHT_PYTHON";
 
 /// Has this process be a Python interpreter that does the same command once more. Returns only why it cannot.
 pub(crate) fn become_interpreter() -> String {

@@ -12,7 +12,7 @@ use engine::{Observer, ObserverError, StopFlag, TickView};
 use logging::Format;
 use observe::progress::Meter;
 use processes::signals::{exit_status, raise_on_stop};
-use protocol::percept::Tick;
+use protocol::{percept::Tick, setup::Mode};
 use recording::{
     Entry, FORMAT, Reader, Topic,
     lamplight::{End, Run, Tick as RecordedTick},
@@ -20,7 +20,7 @@ use recording::{
 use scenario::{Scenario, ScenarioError};
 use serde_json::Value;
 
-use crate::{failure::Failure, in_process, log, status::Status, stdout::say};
+use crate::{failure::Failure, in_process, limits, log, status::Status, stdout::say, workshop::Workshop};
 
 /// How often the live line is brought up to date, ticks.
 const SHOW_EVERY: Tick = 100;
@@ -30,7 +30,8 @@ pub(crate) struct ReplayArgs {
     /// Recording of a run, such as DIR/run.mcap
     file: PathBuf,
 
-    /// Run the scenario of the recording again, in this process, and compare each tick of it
+    /// Run the scenario of the recording again, in this process or, where programs think for robots, as processes, and
+    /// compare each tick of it
     #[arg(long)]
     verify: bool,
 
@@ -90,6 +91,26 @@ impl Recording {
             }
         }
         Ok(None)
+    }
+
+    /// Compares the next tick with what it is now, if there is one and it is not the same.
+    fn compare(&mut self, tick: Tick, hashes: &[u64]) -> anyhow::Result<Option<Verdict>> {
+        let recorded = match self.next_tick()? {
+            Some(Step::Tick(recorded)) => recorded,
+            Some(Step::End(_)) => {
+                let what = format!("the recorded run ended there, and this one does not (tick {tick})");
+                return Ok(Some(Verdict::Different(what)));
+            }
+            None => return Ok(Some(Verdict::Same("the recording was cut there".into()))),
+        };
+        if recorded.tick != tick {
+            let what = format!("tick {} follows in the recording, and not {tick}", recorded.tick);
+            return Ok(Some(Verdict::Different(what)));
+        }
+        let differs = hashes.iter().zip(&recorded.hashes).position(|(ours, theirs)| ours != theirs);
+        let robot = differs.or((hashes.len() != recorded.hashes.len()).then_some(0));
+        let what = |robot| format!("in tick {tick} robot {robot} is another than was recorded");
+        Ok(robot.map(|robot| Verdict::Different(what(robot))))
     }
 
     fn named<T>(&self, outcome: Result<T, recording::ReadError>) -> anyhow::Result<T> {
@@ -154,29 +175,20 @@ fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
         )));
     }
     let mut scenario = recording.scenario().map_err(Failure::usage)?;
-    in_process::prepare(&mut scenario, "programs cannot be verified yet").map_err(Failure::usage)?;
     let stop = StopFlag::default();
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
-    let enough = StopFlag::default();
-    let mut comparison = Comparison {
-        recording,
-        meter: Meter::begin(Some(scenario.ticks()), args.quiet),
-        stop: stop.clone(),
-        enough: enough.clone(),
-        compared: 0,
-        verdict: None,
+    let (compared, verdict) = if in_process::can_play(&scenario) {
+        in_process::prepare(&mut scenario, in_process::INSTEAD).map_err(Failure::usage)?;
+        in_this_process(recording, &scenario, args.quiet, &stop)
+    } else {
+        scenario.find_controllers().map_err(Failure::usage)?;
+        limits::prepare(scenario.robot_count(), scenario.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
+        as_processes(recording, &scenario, &stop)
     };
-    let summary = in_process::run_quietly(&scenario, &enough, vec![&mut comparison]).map_err(Failure::Run)?;
-    let Comparison { mut recording, meter, compared, verdict, .. } = comparison;
-    drop(meter);
     if let Some(signal) = stop.signal() {
         say(&format!("{compared} ticks are as recorded; interrupted\n"))?;
         return Ok(Status(exit_status(signal)));
     }
-    let verdict = match verdict {
-        Some(verdict) => verdict,
-        None => ending(&mut recording, compared, &summary.digest),
-    };
     match verdict.map_err(Failure::Run)? {
         Verdict::Same(what) => {
             say(&format!("{compared} ticks are as recorded; {what}\n")).map(|()| Status::SUCCESS)
@@ -186,6 +198,58 @@ fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
             Ok(Status::FAILURE)
         }
     }
+}
+
+/// Compares as the scenario is played once more. Returns how many ticks are as recorded, and what that comes to.
+fn in_this_process(
+    recording: Recording,
+    scenario: &Scenario,
+    quiet: bool,
+    stop: &StopFlag,
+) -> (Tick, anyhow::Result<Verdict>) {
+    let enough = StopFlag::default();
+    let mut comparison = Comparison {
+        recording,
+        meter: Meter::begin(Some(scenario.ticks()), quiet),
+        stop: stop.clone(),
+        enough: enough.clone(),
+        compared: 0,
+        verdict: None,
+    };
+    let summary = in_process::run_quietly(scenario, &enough, vec![&mut comparison]);
+    let Comparison { mut recording, compared, verdict, .. } = comparison;
+    let verdict = match (verdict, summary) {
+        (Some(verdict), _) => verdict,
+        (None, Ok(summary)) => ending(&mut recording, compared, &summary.digest),
+        (None, Err(error)) => Err(error),
+    };
+    (compared, verdict)
+}
+
+/// Compares with another recording, of a run of processes.
+fn as_processes(
+    mut recording: Recording,
+    scenario: &Scenario,
+    stop: &StopFlag,
+) -> (Tick, anyhow::Result<Verdict>) {
+    let mut compared = 0;
+    let verdict = (|| {
+        let workshop = Workshop::open("replay")?;
+        let again = workshop.record(&scenario.to_toml(), scenario.seed, stop)?;
+        let mut again = Recording::open(&again)?;
+        loop {
+            match again.next_tick()?.context("the run that was to be compared was not recorded whole")? {
+                Step::End(End { summary }) => {
+                    return ending(&mut recording, compared, &digest_of(&summary)?.unwrap_or_default());
+                }
+                Step::Tick(RecordedTick { tick, hashes }) => match recording.compare(tick, &hashes)? {
+                    Some(verdict) => return Ok(verdict),
+                    None => compared += 1,
+                },
+            }
+        }
+    })();
+    (compared, verdict)
 }
 
 /// What a comparison comes to.
@@ -203,8 +267,8 @@ fn ending(recording: &mut Recording, compared: Tick, digest: &str) -> anyhow::Re
             tick.tick
         ))),
         Some(Step::End(End { summary })) => {
-            let summary: Value = serde_json::from_str(&summary).context("its summary is not understood")?;
-            match summary["digest"].as_str() {
+            let recorded = digest_of(&summary)?;
+            match recorded.as_deref() {
                 Some(recorded) if recorded == digest => Ok(Verdict::Same(format!("digest {digest}"))),
                 recorded => Ok(Verdict::Different(format!(
                     "the recorded digest is {}, and not {digest}",
@@ -213,6 +277,12 @@ fn ending(recording: &mut Recording, compared: Tick, digest: &str) -> anyhow::Re
             }
         }
     }
+}
+
+/// The digest in a `summary.json`.
+fn digest_of(summary: &str) -> anyhow::Result<Option<String>> {
+    let summary: Value = serde_json::from_str(summary).context("its summary is not understood")?;
+    Ok(summary["digest"].as_str().map(Into::into))
 }
 
 /// Compares a run, tick by tick, with what was recorded of it, until one differs or there is no more.
@@ -227,39 +297,12 @@ struct Comparison {
     verdict: Option<anyhow::Result<Verdict>>,
 }
 
-impl Comparison {
-    fn compare(&mut self, view: &TickView<'_>) -> anyhow::Result<Option<Verdict>> {
-        let recorded = match self.recording.next_tick()? {
-            Some(Step::Tick(tick)) => tick,
-            Some(Step::End(_)) => {
-                let what =
-                    format!("the recorded run ended there, and this one does not (tick {})", view.tick());
-                return Ok(Some(Verdict::Different(what)));
-            }
-            None => return Ok(Some(Verdict::Same("the recording was cut there".into()))),
-        };
-        if recorded.tick != view.tick() {
-            let what = format!("tick {} follows in the recording, and not {}", recorded.tick, view.tick());
-            return Ok(Some(Verdict::Different(what)));
-        }
-        let hashes = view.hashes();
-        let differs = hashes.iter().zip(&recorded.hashes).position(|(ours, theirs)| ours != theirs);
-        match differs.or((hashes.len() != recorded.hashes.len()).then_some(0)) {
-            None => Ok(None),
-            Some(robot) => {
-                let what = format!("in tick {} robot {robot} is another than was recorded", view.tick());
-                Ok(Some(Verdict::Different(what)))
-            }
-        }
-    }
-}
-
 impl Observer for Comparison {
     fn ticked(&mut self, view: &TickView<'_>) -> Result<(), ObserverError> {
         if self.verdict.is_some() {
             return Ok(());
         }
-        match self.compare(view).transpose() {
+        match self.recording.compare(view.tick(), &view.hashes()).transpose() {
             Some(verdict) => {
                 self.verdict = Some(verdict);
                 self.enough.raise(1);

@@ -2,6 +2,7 @@
 
 use std::{
     env,
+    ffi::OsStr,
     fs::{self, File},
     io,
     path::{Path, PathBuf},
@@ -13,6 +14,7 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use engine::{StopFlag, summary::Summary};
 use files::WriteError;
+use observe::recorder;
 use rustix::process::{Pid, Signal};
 use scenario::Seed;
 use squad::moment::Moment;
@@ -69,20 +71,33 @@ impl Workshop {
         stop: &StopFlag,
     ) -> Result<Result<Summary, String>, WriteError> {
         files::replace(&self.file("scenario.toml"), scenario)?;
-        Ok(self.child(seed, stop).map_err(|error| format!("{error:#}")))
+        Ok(self.child(seed, &[], stop).map_err(|error| format!("{error:#}")))
+    }
+
+    /// Does the same once, and returns where the recording of that run is, for as long as this value is there.
+    ///
+    /// # Errors
+    /// If there is no room here, or no summary.
+    pub(crate) fn record(&self, scenario: &str, seed: Seed, stop: &StopFlag) -> anyhow::Result<PathBuf> {
+        files::replace(&self.file("scenario.toml"), scenario)?;
+        let out = self.file("run");
+        self.child(seed, &["--record".as_ref(), "--out".as_ref(), out.as_os_str()], stop)?;
+        Ok(out.join(recorder::FILE))
     }
 
     fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    fn child(&self, seed: Seed, stop: &StopFlag) -> anyhow::Result<Summary> {
+    fn child(&self, seed: Seed, options: &[&OsStr], stop: &StopFlag) -> anyhow::Result<Summary> {
         let name = name::unique(&format!("{}-{seed}", self.purpose));
         let file = |name: &str| self.file(name);
         let mut group = self.children.lock();
         let mut command = Command::new(python::own_program()?);
         command
-            .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string(), "--"])
+            .args(["run", "--engine", "processes", "--json", "--quiet", "--name", &name.to_string()])
+            .args(options)
+            .arg("--")
             .arg(file("scenario.toml"))
             .stdin(Stdio::null())
             .stdout(File::create(file("stdout"))?)

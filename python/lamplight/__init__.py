@@ -10,6 +10,11 @@
         result = run("swarmbots.toml", controller=ToTheLight, robots=50)
 """
 
+import sys
+
+if sys.version_info < (3, 10):
+    raise ImportError(f"lamplight needs Python 3.10 or later, and {sys.executable} is {sys.version.split()[0]}")
+
 from lamplight._lamplight import (
     Command,
     Compass,

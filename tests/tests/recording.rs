@@ -14,7 +14,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use tests::{
     live::wait_until,
-    programs::{lamplight, program, said, scenario},
+    programs::{interpreter, lamplight, program, said, scenario},
 };
 
 fn recorded(folder: &TempDir, scenario: &Path, args: &[&str]) -> (Value, PathBuf) {
@@ -189,6 +189,76 @@ fn a_full_disk_ends_the_recording_and_not_the_run() {
     assert_eq!(summary["ended"], "finished");
     let verified = replay(&out.join("run.mcap"), &["--verify"]);
     assert!(verified.status.success(), "{}", said(&verified));
+}
+
+#[test]
+fn a_run_of_programs_is_verified_as_processes() {
+    if !Command::new("node").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        eprintln!("SKIPPED: there is no node");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 2]\nrobots.count = 3\nchannel.range_m = 3\n\
+                processes.hang_timeout_s = 60\n[controller]\nprogram = [\"node\", \"mind.js\"]\nspeaks = \"json-lines\"\n";
+    fs::write(&path, text).unwrap();
+    let mind = |speed: f64| {
+        let text = format!(
+            "const lines = require('readline').createInterface({{ input: process.stdin }});\n\
+             lines.on('line', (line) => {{\n  const {{ tick }} = JSON.parse(line);\n  \
+             console.log(JSON.stringify(tick === undefined ? {{}} : {{ tick, velocity: [tick < 5 ? 0 : {speed}, 0] }}));\n}});\n"
+        );
+        fs::write(folder.path().join("mind.js"), text).unwrap();
+    };
+    mind(0.1);
+    let (summary, file) = recorded(&folder, &path, &[]);
+    let same = replay(&file, &["--verify"]);
+    assert!(same.status.success(), "{}", said(&same));
+    let digest = summary["digest"].as_str().unwrap();
+    assert_eq!(stdout(&same), format!("11 ticks are as recorded; digest {digest}\n"));
+    mind(0.2);
+    let other = replay(&file, &["--verify"]);
+    assert_eq!(other.status.code(), Some(1), "{}", said(&other));
+    assert_eq!(stdout(&other), "6 ticks are as recorded; in tick 6 robot 0 is another than was recorded\n");
+}
+
+#[test]
+fn the_package_of_others_reads_it_whole_and_cut() {
+    let Some(python) = interpreter() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (_, file) =
+        recorded(&folder, &scenario("swarmbots"), &["--duration", "60", "--engine", "in-process"]);
+    let script = r#"
+import io, sys
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+from mcap.records import Message
+from mcap_protobuf.decoder import DecoderFactory
+
+data = open(sys.argv[1], "rb").read()
+reader = make_reader(io.BytesIO(data), decoder_factories=[DecoderFactory()])
+counts, robots, latest = {}, set(), 0
+for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+    assert message.log_time >= latest
+    latest = message.log_time
+    counts[channel.topic] = counts.get(channel.topic, 0) + 1
+    if channel.topic == "/robots":
+        robots.add(len(decoded.poses))
+    if channel.topic == "/robots/points":
+        assert len(decoded.data) == 50 * decoded.point_stride
+assert robots == {50} and counts["/robots"] == counts["/ticks"] == 601 and counts["/end"] == 1, counts
+
+cut, found = io.BytesIO(data[: len(data) // 2]), 0
+try:
+    for record in StreamReader(cut).records:
+        found += isinstance(record, Message)
+except Exception as error:
+    print(type(error).__name__)
+assert found > 600, found
+print("read")
+"#;
+    let output = Command::new(python).args(["-c", script]).arg(&file).output().unwrap();
+    assert!(output.status.success() && stdout(&output).ends_with("read\n"), "{}", said(&output));
 }
 
 #[test]

@@ -24,7 +24,7 @@ use recording::{
 use scenario::Scenario;
 
 /// Name of the file in the run's folder.
-const FILE: &str = "run.mcap";
+pub const FILE: &str = "run.mcap";
 /// Ticks that may wait for the thread; a tick beyond them waits itself.
 pub const QUEUE_TICKS: usize = 256;
 /// No more of a run than this is lost whatever ends the process.
