@@ -8,7 +8,11 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use recording::{Reader, Topic, foxglove::PosesInFrame, lamplight::Tick};
+use recording::{
+    Reader, Topic,
+    foxglove::{PosesInFrame, SceneUpdate},
+    lamplight::Tick,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -62,7 +66,7 @@ fn a_recording_is_what_happened_whichever_engine_recorded_it() {
     }
 
     let mut entries = Reader::new(File::open(&files[0]).unwrap());
-    let (mut ticks, mut poses, mut latest) = (0, 0, 0);
+    let (mut ticks, mut poses, mut latest, mut scenes) = (0, 0, 0, Vec::new());
     while let Some(entry) = entries.next_entry().unwrap() {
         assert!(entry.time_ns >= latest, "in order of time");
         latest = entry.time_ns;
@@ -82,10 +86,21 @@ fn a_recording_is_what_happened_whichever_engine_recorded_it() {
                 );
                 poses += 1;
             }
+            Topic::Scene => scenes.push(entry.message::<SceneUpdate>().unwrap()),
             _ => {}
         }
     }
     assert_eq!((ticks, poses, entries.cut()), (51, 51, None));
+    let shapes = |scene: &SceneUpdate| {
+        let of = |id: &str| scene.entities.iter().find(|entity| entity.id == id);
+        (of("bodies").map_or(0, |it| it.cylinders.len()), of("cells").map_or(0, |it| it.lines.len()))
+    };
+    // Walls and lamps first, then every half second; ten robots are down from 1 s to 2 s, five paused from 1.5 s to 3 s.
+    assert_eq!(scenes.len(), 1 + 11);
+    assert_eq!(scenes[0].entities.iter().map(|entity| entity.spheres.len()).sum::<usize>(), 2);
+    let cells: Vec<_> = scenes[1..].iter().map(shapes).collect();
+    let expected = [50, 50, 40, 35, 45, 45, 50, 50, 50, 50, 50].map(|cells| (50, cells));
+    assert_eq!(cells, expected);
 }
 
 #[test]

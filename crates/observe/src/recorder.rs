@@ -3,6 +3,9 @@
 //! Each tick hands over what it was; turning that into messages, compressing and writing is the thread's. So no tick waits
 //! for the disk, unless that is so slow that [`QUEUE_TICKS`] of them wait for it: nothing is left out.
 
+mod pose;
+mod scene;
+
 use std::{
     fs::{self, File},
     io::{self, BufWriter},
@@ -22,6 +25,12 @@ use recording::{
     lamplight, timestamp,
 };
 use scenario::Scenario;
+use squad::{Participation, RobotStatus};
+
+use self::{
+    pose::{ARENA, at, shown},
+    scene::Stage,
+};
 
 /// Name of the file in the run's folder.
 pub const FILE: &str = "run.mcap";
@@ -29,8 +38,6 @@ pub const FILE: &str = "run.mcap";
 pub const QUEUE_TICKS: usize = 256;
 /// No more of a run than this is lost whatever ends the process.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
-/// Frame that places are in.
-const ARENA: &str = "arena";
 /// Frame that viewers begin with.
 const WORLD: &str = "world";
 
@@ -42,13 +49,14 @@ pub struct Recorder {
     writer: Option<JoinHandle<Result<(), recording::WriteError>>>,
     step_s: f64,
     metrics_every_ticks: u64,
+    scene_every_ticks: u64,
     /// Which faults have been told of.
     fired: Vec<bool>,
 }
 
 /// What the thread is told.
 enum Note {
-    Begin(lamplight::Run),
+    Begin(Box<(lamplight::Run, foxglove::SceneUpdate)>),
     Tick(Box<Moment>),
     Log(u64, Level, String),
     End(u64, String),
@@ -62,6 +70,8 @@ struct Moment {
     velocities: Vec<f32>,
     hashes: Vec<u64>,
     metrics: Option<Metrics>,
+    /// What each robot's agent does, if shapes are due.
+    participations: Option<Vec<Participation>>,
 }
 
 impl Recorder {
@@ -79,13 +89,15 @@ impl Recorder {
             failed(error.into())
         })?;
         let (notes, received) = mpsc::sync_channel(QUEUE_TICKS);
-        let writer = thread::spawn(move || write(writer, &received));
+        let stage = Stage::of(scenario);
+        let writer = thread::spawn(move || write(writer, &received, stage));
         Ok(Self {
             path,
             notes: Some(notes),
             writer: Some(writer),
             step_s: scenario.step_s.get(),
             metrics_every_ticks: scenario.sample_every_ticks(),
+            scene_every_ticks: scenario.scene_every_ticks(),
             fired: vec![false; scenario.fault.len()],
         })
     }
@@ -120,13 +132,15 @@ impl Recorder {
 impl Observer for Recorder {
     fn started(&mut self, run: &RunInfo<'_>) -> Result<(), ObserverError> {
         let mode = serde_json::to_value(run.mode).ok();
-        self.tell(Note::Begin(lamplight::Run {
+        let scene = Stage::of(run.scenario).fixed(run.scenario, Some(timestamp(0)));
+        let run = lamplight::Run {
             format: FORMAT,
             lamplight: env!("CARGO_PKG_VERSION").into(),
             scenario: run.scenario.to_toml(),
             engine: run.engine.into(),
             mode: mode.as_ref().and_then(|mode| mode.as_str()).unwrap_or_default().into(),
-        }))
+        };
+        self.tell(Note::Begin(Box::new((run, scene))))
     }
 
     fn ticked(&mut self, view: &TickView<'_>) -> Result<(), ObserverError> {
@@ -152,6 +166,9 @@ impl Observer for Recorder {
             velocities: view.answers().iter().flat_map(velocity).collect(),
             hashes: view.hashes(),
             metrics: view.is_due(self.metrics_every_ticks).then(|| *view.metrics()),
+            participations: view
+                .is_due(self.scene_every_ticks)
+                .then(|| view.robots().iter().map(|robot: &RobotStatus| robot.participation).collect()),
         })))
     }
 
@@ -169,7 +186,11 @@ impl Observer for Recorder {
 }
 
 /// Writes what it is told until nobody tells any more.
-fn write(mut file: Writer<BufWriter<File>>, notes: &Receiver<Note>) -> Result<(), recording::WriteError> {
+fn write(
+    mut file: Writer<BufWriter<File>>,
+    notes: &Receiver<Note>,
+    stage: Stage,
+) -> Result<(), recording::WriteError> {
     let (mut is_flushed, mut flushed, mut latest_ns) = (true, Instant::now(), 0);
     loop {
         let left = FLUSH_EVERY.saturating_sub(flushed.elapsed());
@@ -178,7 +199,7 @@ fn write(mut file: Writer<BufWriter<File>>, notes: &Receiver<Note>) -> Result<()
                 if is_flushed {
                     (is_flushed, flushed) = (false, Instant::now());
                 }
-                write_note(&mut file, note, &mut latest_ns)?;
+                write_note(&mut file, note, stage, &mut latest_ns)?;
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return file.finish(),
@@ -195,16 +216,18 @@ fn write(mut file: Writer<BufWriter<File>>, notes: &Receiver<Note>) -> Result<()
 fn write_note(
     file: &mut Writer<BufWriter<File>>,
     note: Note,
+    stage: Stage,
     latest_ns: &mut u64,
 ) -> Result<(), recording::WriteError> {
     // Incidents may become known late, and readers want messages in order.
-    let mut at = |time_ns: u64| {
+    let mut in_order = |time_ns: u64| {
         *latest_ns = (*latest_ns).max(time_ns);
         *latest_ns
     };
     match note {
-        Note::Begin(run) => {
-            file.write(Topic::Run, at(0), &run)?;
+        Note::Begin(begun) => {
+            let (run, scene) = *begun;
+            file.write(Topic::Run, in_order(0), &run)?;
             let frame = foxglove::FrameTransform {
                 timestamp: Some(timestamp(0)),
                 parent_frame_id: WORLD.into(),
@@ -212,16 +235,17 @@ fn write_note(
                 translation: Some(foxglove::Vector3::default()),
                 rotation: Some(foxglove::Quaternion { w: 1.0, ..Default::default() }),
             };
-            file.write(Topic::Frame, 0, &frame)
+            file.write(Topic::Frame, 0, &frame)?;
+            file.write(Topic::Scene, 0, &scene)
         }
-        Note::Tick(moment) => write_tick(file, at(moment.time_ns), *moment),
+        Note::Tick(moment) => write_tick(file, in_order(moment.time_ns), *moment, stage),
         Note::Log(time_ns, level, message) => {
-            let time_ns = at(time_ns);
+            let time_ns = in_order(time_ns);
             let timestamp = Some(timestamp(time_ns));
             let log = foxglove::Log { timestamp, level: level.into(), message, ..Default::default() };
             file.write(Topic::Log, time_ns, &log)
         }
-        Note::End(time_ns, summary) => file.write(Topic::End, at(time_ns), &lamplight::End { summary }),
+        Note::End(time_ns, summary) => file.write(Topic::End, in_order(time_ns), &lamplight::End { summary }),
     }
 }
 
@@ -229,8 +253,9 @@ fn write_tick(
     file: &mut Writer<BufWriter<File>>,
     time_ns: u64,
     moment: Moment,
+    stage: Stage,
 ) -> Result<(), recording::WriteError> {
-    let Moment { tick, poses, velocities, hashes, metrics, .. } = moment;
+    let Moment { tick, poses, velocities, hashes, metrics, participations, .. } = moment;
     let timestamp = Some(timestamp(time_ns));
     let in_frame = foxglove::PosesInFrame {
         timestamp,
@@ -239,6 +264,9 @@ fn write_tick(
     };
     file.write(Topic::Robots, time_ns, &in_frame)?;
     file.write(Topic::Points, time_ns, &points(&poses, timestamp))?;
+    if let Some(participations) = participations {
+        file.write(Topic::Scene, time_ns, &stage.moving(&poses, &participations, timestamp))?;
+    }
     file.write(Topic::Commands, time_ns, &lamplight::Commands { tick, velocities })?;
     if let Some(metrics) = metrics {
         file.write(Topic::Metrics, time_ns, &in_numbers(tick, &metrics))?;
@@ -246,17 +274,7 @@ fn write_tick(
     file.write(Topic::Ticks, time_ns, &lamplight::Tick { tick, hashes })
 }
 
-/// A pose for viewers, in single precision: the bits that are left out would not compress, and nobody sees them.
-fn shown(pose: &Pose) -> foxglove::Pose {
-    let single = |value: f64| f64::from(value as f32);
-    let (sin, cos) = (pose.heading / 2.0).sin_cos();
-    foxglove::Pose {
-        position: Some(foxglove::Vector3 { x: single(pose.position.x), y: single(pose.position.y), z: 0.0 }),
-        orientation: Some(foxglove::Quaternion { z: single(sin), w: single(cos), ..Default::default() }),
-    }
-}
-
-/// The same places as a cloud of points.
+/// Robots as a cloud of points.
 fn points(poses: &[Pose], timestamp: Option<prost_types::Timestamp>) -> foxglove::PointCloud {
     const BYTES: u32 = size_of::<f32>() as u32;
     let field = |(name, place): (&str, u32)| foxglove::PackedElementField {
@@ -268,10 +286,7 @@ fn points(poses: &[Pose], timestamp: Option<prost_types::Timestamp>) -> foxglove
     foxglove::PointCloud {
         timestamp,
         frame_id: ARENA.into(),
-        pose: Some(foxglove::Pose {
-            position: Some(foxglove::Vector3::default()),
-            orientation: Some(foxglove::Quaternion { w: 1.0, ..Default::default() }),
-        }),
+        pose: Some(at([0.0; 2])),
         point_stride: 3 * BYTES,
         fields: [("x", 0), ("y", 1), ("z", 2)].map(field).into(),
         data: poses.iter().flat_map(place).flat_map(f32::to_le_bytes).collect(),

@@ -11,6 +11,8 @@ pub enum Topic {
     Robots,
     /// Robots as points, for viewers that draw no poses.
     Points,
+    /// Bodies, cells and lamps, as shapes.
+    Scene,
     /// What robots decided.
     Commands,
     /// The swarm in numbers.
@@ -25,11 +27,12 @@ pub enum Topic {
 
 impl Topic {
     /// All topics.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Run,
         Self::Frame,
         Self::Robots,
         Self::Points,
+        Self::Scene,
         Self::Commands,
         Self::Metrics,
         Self::Log,
@@ -44,6 +47,7 @@ impl Topic {
             Self::Frame => "/tf",
             Self::Robots => "/robots",
             Self::Points => "/robots/points",
+            Self::Scene => "/scene",
             Self::Commands => "/commands",
             Self::Metrics => "/metrics",
             Self::Log => "/log",
@@ -59,6 +63,7 @@ impl Topic {
             Self::Frame => "foxglove.FrameTransform",
             Self::Robots => "foxglove.PosesInFrame",
             Self::Points => "foxglove.PointCloud",
+            Self::Scene => "foxglove.SceneUpdate",
             Self::Commands => "lamplight.Commands",
             Self::Metrics => "lamplight.Metrics",
             Self::Log => "foxglove.Log",

@@ -107,6 +107,7 @@ fn settle(scenario: &mut Scenario, place_of: &dyn Fn(&str) -> Option<Place>) -> 
     settling.settle("duration_s", 1, Some(&mut scenario.duration_s))?;
     settling.settle("output.metrics_every_s", 1, Some(&mut scenario.output.metrics_every_s))?;
     settling.settle("output.poses_every_s", 1, scenario.output.poses_every_s.as_mut())?;
+    settling.settle("output.scene_every_s", 1, Some(&mut scenario.output.scene_every_s))?;
     for (index, fault) in scenario.fault.iter_mut().enumerate() {
         fault.settle(&|key| format!("fault.{index}.{key}"), &mut settling)?;
     }

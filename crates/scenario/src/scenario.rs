@@ -147,6 +147,11 @@ impl Scenario {
         self.whole_steps(self.output.metrics_every_s)
     }
 
+    /// Ticks between two times at which a recording holds shapes: `scene_every_s` in steps.
+    pub fn scene_every_ticks(&self) -> u64 {
+        self.whole_steps(self.output.scene_every_s)
+    }
+
     /// Ticks between two times in `poses.csv`, if the scenario asks for one: `poses_every_s` in steps.
     pub fn poses_every_ticks(&self) -> Option<u64> {
         self.output.poses_every_s.map(|every_s| self.whole_steps(every_s))

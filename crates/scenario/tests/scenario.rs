@@ -140,6 +140,7 @@ mod reading {
 
             [output]
             metrics_every_s = 1.0
+            scene_every_s = 0.5
             crowding = false
 
             [fuzz]
