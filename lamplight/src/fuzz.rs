@@ -183,11 +183,11 @@ struct Judge {
     repeated: u64,
 }
 
-/// What a scenario came to.
+/// Outcome of a scenario.
 struct Judged {
     /// Of its first run, if that came to an end.
     summary: Option<Summary>,
-    /// What does not hold, if something does not.
+    /// All that does not hold, if something does not.
     failure: Option<String>,
 }
 
@@ -284,7 +284,7 @@ fn report(args: &FuzzArgs, scenario: &Scenario, summary: Option<&Summary>, what:
     text
 }
 
-/// What `lamplight shrink` may be asked of a failed run: that a robot dies, and that what must hold does not.
+/// Questions that `lamplight shrink` may be asked of a failed run: that a robot dies, and that what must hold does not.
 fn questions(summary: &Summary) -> impl Iterator<Item = String> {
     let died = (!summary.incidents.is_empty()).then(|| "incidents.0.tick >= 0".into());
     let broken = summary.properties.broken();

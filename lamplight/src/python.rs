@@ -197,7 +197,7 @@ fn interpreter() -> OsString {
     named.or_else(|| beside().map(Into::into)).unwrap_or_else(|| "python3".into())
 }
 
-/// What an interpreter does that is to play controllers in one process; `{hint}` is the way out where it has no package.
+/// Program of an interpreter that is to play controllers in one process; `{hint}` is the way out where it has no package.
 const IN_PROCESS: &str = "\
 import sys
 try:

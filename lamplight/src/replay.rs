@@ -123,13 +123,13 @@ impl Recording {
     }
 }
 
-/// What a recording says tick by tick.
+/// A step of a recording.
 enum Step {
     Tick(RecordedTick),
     End(End),
 }
 
-/// What a recording holds, for a person.
+/// Describes a recording for a person.
 fn contents(path: &Path) -> anyhow::Result<String> {
     let mut recording = Recording::open(path)?;
     let scenario = recording.scenario()?;
@@ -252,7 +252,7 @@ fn as_processes(
     (compared, verdict)
 }
 
-/// What a comparison comes to.
+/// Outcome of a comparison.
 enum Verdict {
     Same(String),
     Different(String),

@@ -123,7 +123,7 @@ fn write_properties(text: &mut String, properties: &Properties) -> fmt::Result {
     Ok(())
 }
 
-/// What to say of a property that must always hold and did not.
+/// Words about a property that must always hold and did not.
 pub(crate) fn broken((name, property): (&str, &Always)) -> String {
     let first = property.first.as_ref().map_or(String::new(), |first| format!(", first by {}", at(first)));
     let Always { robots: all, broken_by, .. } = property;

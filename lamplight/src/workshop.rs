@@ -35,7 +35,7 @@ const LEAVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// A folder of our own for what goes to a child and comes back; it goes with its value. The child stands still with us.
 #[derive(Debug)]
 pub(crate) struct Workshop {
-    /// What it is for, in names of runs and folders.
+    /// Its purpose, in names of runs and folders.
     purpose: &'static str,
     folder: PathBuf,
     children: Children,

@@ -30,7 +30,7 @@ pub const PROPERTIES_MAX: usize = 64;
 /// Longest name of a property, in bytes.
 pub const PROPERTY_NAME_BYTES_MAX: usize = 80;
 
-/// What a property asks for.
+/// The demand that a property makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum PropertyKind {
     /// The condition holds whenever it is stated.
@@ -42,7 +42,7 @@ pub enum PropertyKind {
 /// A property as one life of a robot has stated it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Property {
-    /// What it asks for.
+    /// Its demand.
     pub kind: PropertyKind,
     /// How people call it.
     pub name: String,
@@ -78,7 +78,7 @@ pub struct Properties {
     list: Vec<Property>,
     /// The tick of the percept that is thought about.
     tick: Option<Tick>,
-    /// Who is told of all of them when one is added or decided.
+    /// Told of all of them when one is added or decided.
     tell: Option<Box<Tell>>,
 }
 
@@ -86,7 +86,7 @@ pub struct Properties {
 pub type Tell = dyn FnMut(&[Property]);
 
 std::thread_local! {
-    /// Those of the controller that is thinking on this thread, if one is.
+    /// Properties of the controller that is thinking on this thread, if one is.
     static PRESENT: RefCell<Option<Properties>> = const { RefCell::new(None) };
 }
 
@@ -195,7 +195,7 @@ pub fn sometimes(condition: bool, name: &str) {
     state(PropertyKind::Sometimes, condition, name).unwrap_or_else(|error| give_up(error.to_string()));
 }
 
-/// What [`always`] and [`sometimes`] do, for other languages.
+/// Does what [`always`] and [`sometimes`] do, for other languages.
 ///
 /// # Errors
 /// If the name is none, or one too many.

@@ -1,4 +1,4 @@
-//! What controllers in Python state of themselves.
+//! Properties that controllers in Python state.
 
 use protocol::property::{PropertyKind, state};
 use pyo3::{

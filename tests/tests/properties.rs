@@ -1,4 +1,4 @@
-//! What controllers state of themselves, and what runs, `lamplight fuzz` and `lamplight shrink` make of it.
+//! Properties that controllers state, and what runs, `lamplight fuzz` and `lamplight shrink` make of them.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 

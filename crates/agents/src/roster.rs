@@ -539,7 +539,7 @@ impl Roster {
         self.members.get(robot as usize).map(|member| &member.notes)
     }
 
-    /// What all lives have told so far; what is not understood is said and left out.
+    /// Properties that all lives have told so far; those that are not understood are said and left out.
     pub(crate) fn take_properties(&mut self) -> Vec<(RobotId, Vec<Property>)> {
         let told = self.host.run.take_properties().unwrap_or_else(|error| {
             tracing::warn!("what controllers have stated cannot be read: {error}");

@@ -496,7 +496,7 @@ impl Arena {
         self.robot_ticks().map(|robot| digest.of_robot(robot)).collect()
     }
 
-    /// What the digest takes in of the current tick, robot by robot.
+    /// Robots of the current tick, as the digest takes them in.
     #[inline]
     fn robot_ticks(&self) -> impl Iterator<Item = RobotTick<'_>> {
         let (tick, with_percepts, says_own) =

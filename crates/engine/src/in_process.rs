@@ -34,7 +34,7 @@ pub struct InProcess<C, N> {
     incidents: Vec<Incident>,
     /// Words with which controllers have ended and that were shown.
     told: BTreeSet<String>,
-    /// What lives have stated that are over.
+    /// Properties of lives that are over.
     stated: Vec<(RobotId, Vec<Property>)>,
 }
 
@@ -56,7 +56,7 @@ struct Life<C> {
     refused: u64,
     /// Its notes for those who watch.
     notes: Notes,
-    /// What it states of itself.
+    /// Properties that it states of itself.
     properties: Properties,
 }
 

@@ -1,4 +1,4 @@
-//! What controllers have stated of themselves, as a whole run has it.
+//! Properties that controllers have stated of themselves, as a whole run has them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 /// Properties that controllers have stated, by name: of all robots and all their lives.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Properties {
-    /// What must hold whenever it is stated.
+    /// Properties that must hold whenever they are stated.
     #[serde(default)]
     pub always: BTreeMap<String, Always>,
-    /// What must be reached at least once.
+    /// Properties that must be reached at least once.
     #[serde(default)]
     pub sometimes: BTreeMap<String, Sometimes>,
 }
@@ -82,13 +82,13 @@ impl Properties {
         all
     }
 
-    /// Those that must always hold and did not, by name.
+    /// Properties that must always hold and did not, by name.
     pub fn broken(&self) -> impl Iterator<Item = (&str, &Always)> {
         let all = self.always.iter().map(|(name, always)| (&name[..], always));
         all.filter(|(_, always)| always.broken_by > 0)
     }
 
-    /// Those that must be reached and were not, by name.
+    /// Properties that must be reached and were not, by name.
     pub fn unreached(&self) -> impl Iterator<Item = (&str, &Sometimes)> {
         let all = self.sometimes.iter().map(|(name, sometimes)| (&name[..], sometimes));
         all.filter(|(_, sometimes)| sometimes.reached_by == 0)

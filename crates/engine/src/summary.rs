@@ -175,7 +175,7 @@ pub struct Summary {
     pub faults: Vec<Fault>,
     /// Unplanned events.
     pub incidents: Vec<Incident>,
-    /// What controllers state must always hold, or must be reached, and what became of it.
+    /// Properties that controllers state, and what became of them.
     #[serde(flatten)]
     pub properties: Properties,
     /// Wall time of a tick; `null` if none has passed.

@@ -54,7 +54,7 @@ pub struct Recorder {
     fired: Vec<bool>,
 }
 
-/// What the thread is told.
+/// A message to the thread.
 enum Note {
     Begin(Box<(lamplight::Run, foxglove::SceneUpdate)>),
     Tick(Box<Moment>),
@@ -70,7 +70,7 @@ struct Moment {
     velocities: Vec<f32>,
     hashes: Vec<u64>,
     metrics: Option<Metrics>,
-    /// What each robot's agent does, if shapes are due.
+    /// Each robot's part in the run, if shapes are due.
     participations: Option<Vec<Participation>>,
 }
 

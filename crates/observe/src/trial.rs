@@ -47,7 +47,7 @@ pub struct Record {
     pub errors: Vec<Errors>,
     /// Where each robot was at first and at last.
     pub places: Vec<Place>,
-    /// What its controllers have stated.
+    /// Properties that its controllers have stated.
     pub properties: Properties,
     /// Unplanned incidents: with any of them, the numbers are not those of the scenario.
     pub incidents: Vec<Incident>,

@@ -61,7 +61,7 @@ pub struct Reader<R> {
     cut: Option<String>,
 }
 
-/// What the next record is to a reader of messages.
+/// The next record, as a reader of messages sees it.
 enum Next {
     More(usize),
     Channel(u16, Option<Topic>),

@@ -1,4 +1,4 @@
-//! What a recording is about: one topic for each kind of message.
+//! Topics of a recording: one for each kind of message.
 
 /// A topic, which has messages of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,13 +13,13 @@ pub enum Topic {
     Points,
     /// Bodies, cells and lamps, as shapes.
     Scene,
-    /// What robots decided.
+    /// Decisions of robots.
     Commands,
     /// The swarm in numbers.
     Metrics,
     /// Faults and what went wrong without being planned.
     Log,
-    /// What makes each tick this tick and no other: its last message.
+    /// Hashes that make each tick this tick and no other: its last message.
     Ticks,
     /// How the run ended: the last message.
     End,

@@ -66,7 +66,7 @@ const TURN_TIMEOUT: Duration = Duration::from_secs(10);
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RunName(String);
 
-/// What one life has told that its controller states; or why it cannot be understood.
+/// Properties that one life has told; or why they cannot be understood.
 pub type ToldProperties = Result<Vec<Property>, String>;
 
 /// Why a string is no name of a run.

@@ -77,7 +77,7 @@ fn has_ground(cell: &Polygon) -> bool {
     cell.first().is_some_and(|&about| Moments::of(cell, about).area > 0.0)
 }
 
-/// What does not hold of a run that is over, each in a line: it should end, with every robot and packet accounted for, and
+/// Says what does not hold of a run that is over, each in a line: it should end, with every robot and packet accounted for, and
 /// with what its controllers state.
 pub(crate) fn at_end(summary: &Summary) -> Result<(), String> {
     let ended = match summary.ended {

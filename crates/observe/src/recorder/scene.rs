@@ -29,7 +29,7 @@ const WALL: Color = color(0.3, 0.3, 0.3);
 const CELL: Color = color(0.5, 0.7, 0.5);
 const LAMP: Color = color(1.0, 0.85, 0.2);
 
-/// What of a scenario is drawn in each of its ticks.
+/// Facts of a scenario that every scene needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stage {
     size_m: [f64; 2],
