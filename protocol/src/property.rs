@@ -72,12 +72,14 @@ pub enum PropertyError {
     Name(String),
 }
 
-/// Properties that one life of a robot has stated. Empty, it has no memory.
+/// Properties that one life of a robot has stated. Empty, it has no memory; it is handed over twice a step, so it is small.
 #[derive(Default)]
-pub struct Properties {
+pub struct Properties(Option<Box<Stated>>);
+
+/// Properties that were stated, and who is to know.
+#[derive(Default)]
+struct Stated {
     list: Vec<Property>,
-    /// The tick of the percept that is thought about.
-    tick: Option<Tick>,
     /// Told of all of them when one is added or decided.
     tell: Option<Box<Tell>>,
 }
@@ -85,21 +87,28 @@ pub struct Properties {
 /// Takes all properties of a life, as they are now.
 pub type Tell = dyn FnMut(&[Property]);
 
+/// The controller that is thinking on a thread.
+struct Thinking {
+    /// The tick of the percept that it thinks about, if there is one.
+    tick: Option<Tick>,
+    properties: Properties,
+}
+
 std::thread_local! {
-    /// Properties of the controller that is thinking on this thread, if one is.
-    static PRESENT: RefCell<Option<Properties>> = const { RefCell::new(None) };
+    /// The controller that is thinking on this thread, if one is.
+    static PRESENT: RefCell<Option<Thinking>> = const { RefCell::new(None) };
 }
 
 impl fmt::Debug for Properties {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Properties").field(&self.list).finish()
+        f.debug_tuple("Properties").field(&self.list()).finish()
     }
 }
 
 impl Properties {
     /// None yet, and `tell` is told at once of each that is added or decided, whatever the controller does after that.
     pub fn telling(tell: impl FnMut(&[Property]) + 'static) -> Self {
-        Self { tell: Some(Box::new(tell)), ..Self::default() }
+        Self(Some(Box::new(Stated { list: Vec::new(), tell: Some(Box::new(tell)) })))
     }
 
     /// Has a controller `think` about the percept of `tick`, or about none, and takes in what it states meanwhile on this
@@ -109,31 +118,31 @@ impl Properties {
         /// Puts things back where they were.
         struct Turn<'a> {
             properties: &'a mut Properties,
-            before: Option<Properties>,
+            before: Option<Thinking>,
         }
 
         impl Drop for Turn<'_> {
             #[inline]
             fn drop(&mut self) {
-                let present = PRESENT.replace(self.before.take());
-                *self.properties = present.unwrap_or_default();
+                if let Some(present) = PRESENT.replace(self.before.take()) {
+                    *self.properties = present.properties;
+                }
             }
         }
 
-        self.tick = tick;
-        let before = PRESENT.replace(Some(mem::take(self)));
+        let before = PRESENT.replace(Some(Thinking { tick, properties: mem::take(self) }));
         let _turn = Turn { properties: self, before };
         think()
     }
 
     /// The properties, in the order in which they were first stated.
     pub fn list(&self) -> &[Property] {
-        &self.list
+        self.0.as_ref().map_or(&[], |stated| &stated.list)
     }
 
     /// The same, to be kept.
     pub fn into_list(self) -> Vec<Property> {
-        self.list
+        self.0.map(|stated| stated.list).unwrap_or_default()
     }
 
     /// Properties as somebody else has written them down.
@@ -146,8 +155,16 @@ impl Properties {
         }
         list.iter().try_for_each(|property| checked(&property.name))
     }
+}
 
-    fn state(&mut self, kind: PropertyKind, condition: bool, name: &str) -> Result<(), PropertyError> {
+impl Stated {
+    fn state(
+        &mut self,
+        tick: Option<Tick>,
+        kind: PropertyKind,
+        condition: bool,
+        name: &str,
+    ) -> Result<(), PropertyError> {
         let known = self.list.iter().position(|property| property.kind == kind && property.name == name);
         let place = match known {
             Some(place) => place,
@@ -162,7 +179,7 @@ impl Properties {
         let decided = &mut self.list[place].decided;
         let is_decided = decides && decided.is_none();
         if is_decided {
-            *decided = Some(Decided { tick: self.tick });
+            *decided = Some(Decided { tick });
         }
         if let Some(tell) = self.tell.as_mut().filter(|_| is_decided || known.is_none()) {
             tell(&self.list);
@@ -201,7 +218,9 @@ pub fn sometimes(condition: bool, name: &str) {
 /// If the name is none, or one too many.
 pub fn state(kind: PropertyKind, condition: bool, name: &str) -> Result<(), PropertyError> {
     PRESENT.with_borrow_mut(|present| match present {
-        Some(present) => present.state(kind, condition, name),
+        Some(Thinking { tick, properties }) => {
+            properties.0.get_or_insert_default().state(*tick, kind, condition, name)
+        }
         None => checked(name),
     })
 }

@@ -182,7 +182,9 @@ impl Contacts {
         grid.sort(before, *size_m, within_m);
         for (a, here) in before.iter().enumerate() {
             let near = |b: &usize| a < *b && (before[*b] - here).norm_squared() < within_m * within_m;
-            pairs.extend(grid.around(here).filter(near).map(|b| (a, b)));
+            for b in grid.around(here).filter(near) {
+                pairs.push((a, b));
+            }
         }
     }
 

@@ -220,16 +220,13 @@ impl<C: Controller> Life<C> {
         limit: usize,
         act: impl FnOnce(&mut Hosted<C>, &mut Notes) -> Answer,
     ) {
-        let Self { controller, notes, properties, .. } = self;
-        let controller = controller.as_mut().filter(|_| !self.paused);
-        let acted = controller.map(|it| contained(|| properties.during(tick, || act(it, notes))));
-        self.answer = match acted.transpose() {
-            Ok(answer) => answer,
-            Err(why) => {
-                (self.controller, self.ended) = (None, Some(why));
-                None
-            }
-        };
+        let Self { controller, notes, properties, answer, .. } = self;
+        *answer = None;
+        if let Some(hosted) = controller.as_mut().filter(|_| !self.paused)
+            && let Err(why) = contained(|| properties.during(tick, || *answer = Some(act(hosted, notes))))
+        {
+            (self.controller, self.answer, self.ended) = (None, None, Some(why));
+        }
         let refusal = self.answer.as_ref().and_then(|answer| answer.command.check(limit).err());
         if let Some(why) = refusal {
             self.answer = None;

@@ -650,7 +650,7 @@ mod tests {
         );
         assert!(
             meaning("1 == 1 || zzz == 1")
-                .starts_with("the summary has no `zzz`\nhint: it has `converged_at_s`, ")
+                .starts_with("the summary has no `zzz`\nhint: it has `always`, `converged_at_s`, ")
         );
     }
 
