@@ -485,31 +485,34 @@ impl Arena {
     }
 
     fn record(&mut self) {
-        let mut digest = mem::take(&mut self.digest);
-        self.robot_ticks().for_each(|robot| digest.record(robot));
-        self.digest = digest;
+        let (tick, with_percepts) = (self.current_tick(), self.percepts().is_some());
+        let Self { digest, said, world, percepts, says_own, .. } = self;
+        let percepts = with_percepts.then_some(&percepts[..]);
+        robot_ticks(tick, said, world.poses(), percepts, says_own).for_each(|robot| digest.record(robot));
     }
 
     /// A number for each robot, which says what the [digest](Self::digest) takes in of it in the current tick.
     pub fn hashes(&self) -> Vec<u64> {
         let mut digest = Digest::default();
-        self.robot_ticks().map(|robot| digest.of_robot(robot)).collect()
+        let robots =
+            robot_ticks(self.current_tick(), &self.said, self.poses(), self.percepts(), &self.says_own);
+        robots.map(|robot| digest.of_robot(robot)).collect()
     }
+}
 
-    /// Robots of the current tick, as the digest takes them in.
-    #[inline]
-    fn robot_ticks(&self) -> impl Iterator<Item = RobotTick<'_>> {
-        let (tick, with_percepts, says_own) =
-            (self.current_tick(), self.percepts().is_some(), &self.says_own[..]);
-        let ids = self.said.iter().zip(0..).map(|(packet, index)| match packet {
-            Some(packet) => packet.sender(),
-            None => RobotId::first(index),
-        });
-        ids.zip(self.world.poses()).zip(&self.percepts).map(move |((robot, pose), percept)| {
-            let percept = with_percepts.then_some(percept);
-            RobotTick { tick, robot, pose, percept, says_own }
-        })
-    }
+/// Robots of a tick, as the digest takes them in.
+fn robot_ticks<'a>(
+    tick: Tick,
+    said: &'a [Option<Packet>],
+    poses: &'a [Pose],
+    percepts: Option<&'a [Percept]>,
+    says_own: &'a [bool],
+) -> impl Iterator<Item = RobotTick<'a>> {
+    said.iter().zip(poses).zip(0..).map(move |((packet, pose), index)| {
+        let robot = packet.as_ref().map_or(RobotId::first(index), Packet::sender);
+        let percept = percepts.map(|percepts| &percepts[index as usize]);
+        RobotTick { tick, robot, pose, percept, says_own }
+    })
 }
 
 /// Carries what robots have heard and not been handed yet along with their bodies, as far as they know their motion.
