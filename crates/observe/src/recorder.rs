@@ -10,7 +10,7 @@ use std::{
     fs::{self, File},
     io::{self, BufWriter},
     path::{Path, PathBuf},
-    sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender},
+    sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError},
     thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
@@ -46,6 +46,8 @@ const WORLD: &str = "world";
 pub struct Recorder {
     path: PathBuf,
     notes: Option<SyncSender<Note>>,
+    /// How often a tick had to wait for the thread.
+    waited: u64,
     writer: Option<JoinHandle<Result<(), recording::WriteError>>>,
     step_s: f64,
     metrics_every_ticks: u64,
@@ -94,6 +96,7 @@ impl Recorder {
         Ok(Self {
             path,
             notes: Some(notes),
+            waited: 0,
             writer: Some(writer),
             step_s: scenario.step_s.get(),
             metrics_every_ticks: scenario.sample_every_ticks(),
@@ -107,12 +110,17 @@ impl Recorder {
     }
 
     fn tell(&mut self, note: Note) -> Result<(), ObserverError> {
-        match self.notes.as_ref().map(|notes| notes.send(note)) {
-            Some(Ok(())) => Ok(()),
-            // It has ended, and says why.
-            Some(Err(_)) => self.end(),
-            None => Ok(()),
-        }
+        let Some(notes) = &self.notes else { return Ok(()) };
+        let is_told = match notes.try_send(note) {
+            Ok(()) => true,
+            Err(TrySendError::Full(note)) => {
+                self.waited += 1;
+                notes.send(note).is_ok()
+            }
+            Err(TrySendError::Disconnected(_)) => false,
+        };
+        // If it has ended, it says why.
+        if is_told { Ok(()) } else { self.end() }
     }
 
     /// Waits for the thread to end.
@@ -181,6 +189,12 @@ impl Observer for Recorder {
     fn finished(&mut self, end: &TickView<'_>, summary: &Summary) -> Result<(), ObserverError> {
         let note = Note::End(self.time_ns(end.tick()), summary.json());
         self.tell(note)?;
+        if self.waited > 0 {
+            tracing::warn!(
+                "the run waited for its recording {} times: the disk is slower than it",
+                self.waited
+            );
+        }
         self.end()
     }
 }
