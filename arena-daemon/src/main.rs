@@ -8,12 +8,12 @@ use agents::{HostConfig, Link, Lockstep, Measure, Realtime, Trials};
 use anyhow::Context;
 use arena::Arena;
 use clap::Parser;
-use engine::{Observer, Plan, StopFlag, summary::Summary};
+use engine::{Observer, Plan, StopFlag, act::Acts, summary::Summary};
 use logging::Format;
 use observe::{
     agents::AgentTotals,
     convergence::ConvergenceWarning,
-    live::{self, About, Live, SnapshotPublisher, http::Endpoint},
+    live::{self, About, Live, SnapshotPublisher, http::Endpoint, stream::Broadcaster},
     log_context::LogContext,
     outputs::Outputs,
     progress::{self, Audience, Progress, Report},
@@ -150,8 +150,13 @@ fn in_run<T>(
     outcome
 }
 
-/// Lets others watch the run: over its socket, and at the address of `--metrics` if there is one.
-fn watchable(options: &PlayOptions, scenario: &Scenario, run: &RunDir) -> anyhow::Result<Arc<Live>> {
+/// Lets others watch the run and act upon it: over its sockets, and at the address of `--metrics` if there is one.
+fn watchable(
+    options: &PlayOptions,
+    scenario: &Scenario,
+    run: &RunDir,
+    acts: &Acts,
+) -> anyhow::Result<(Arc<Live>, Broadcaster)> {
     let endpoint = options.metrics.map(Endpoint::bind).transpose()?;
     let about = About {
         run: run.name().to_string(),
@@ -164,7 +169,10 @@ fn watchable(options: &PlayOptions, scenario: &Scenario, run: &RunDir) -> anyhow
     live::socket::serve(&run.live_path(), Arc::clone(&live))
         .context("cannot make the socket of those who watch")?;
     endpoint.map(|endpoint| endpoint.serve(Arc::clone(&live))).transpose().context("cannot serve metrics")?;
-    Ok(live)
+    let broadcaster = Broadcaster::serve(&run.watch_path(), scenario, Arc::clone(&live));
+    let broadcaster = broadcaster.context("cannot make the socket of those who watch each tick")?;
+    live::acts::serve(&run.acts_path(), acts.clone()).context("cannot make the socket of acts")?;
+    Ok((live, broadcaster))
 }
 
 fn one_run(
@@ -175,14 +183,15 @@ fn one_run(
     stop: &StopFlag,
 ) -> anyhow::Result<Summary> {
     let mode = options.mode();
-    let live = watchable(options, scenario, &host.run)?;
+    let acts = Acts::default();
+    let (live, mut broadcaster) = watchable(options, scenario, &host.run, &acts)?;
     let mut arena = Arena::new(scenario)?;
     let (profile, watched) = (ProfileSlot::default(), WatchedCycles::default());
     let mut outputs = (options.out.as_deref())
         .map(|folder| Outputs::begin(folder, scenario, Arc::clone(&profile)))
         .transpose()?;
-    let mut recorder = (options.out.as_deref().filter(|_| options.record))
-        .map(|folder| Recorder::begin(folder, scenario))
+    let mut recorder = (options.out.as_deref().zip(options.record))
+        .map(|(folder, extent)| Recorder::begin(folder, scenario, extent))
         .transpose()?;
     let mut trace = Trace::begin(&options.trace, scenario, mode).inspect_err(|_| {
         outputs.iter().for_each(Outputs::take_back);
@@ -202,7 +211,7 @@ fn one_run(
     let (mut totals, mut publisher) = (AgentTotals(profile), SnapshotPublisher::new(live, watched));
     let mut progress = (!options.quiet).then(|| Progress::new(audience));
     let mut observers: Vec<&mut dyn Observer> =
-        vec![&mut context, &mut convergence, &mut recovery, &mut totals, &mut publisher];
+        vec![&mut context, &mut convergence, &mut recovery, &mut totals, &mut publisher, &mut broadcaster];
     observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
     observers.extend(recorder.as_mut().map(|recorder| recorder as &mut dyn Observer));
     observers.extend(trace.as_mut().map(|trace| trace as &mut dyn Observer));
@@ -210,7 +219,7 @@ fn one_run(
     observers.extend(outputs.as_mut().map(|outputs| outputs as &mut dyn Observer));
     let (speed, overload) = (options.speed, options.overload());
     let plan = Plan { engine: "processes", mode, speed, overload, shares: true };
-    Ok(engine::play(scenario, &mut arena, squad.as_mut(), plan, &mut observers, stop))
+    Ok(engine::play_under(&acts, scenario, &mut arena, squad.as_mut(), plan, &mut observers, stop))
 }
 
 /// Tells the supervisor, which shows it.

@@ -7,6 +7,7 @@ mod batch;
 mod check;
 mod children;
 mod clean;
+mod ctl;
 mod failure;
 mod fuzz;
 mod in_process;
@@ -26,6 +27,7 @@ mod stdout;
 mod summary_text;
 mod supervisor;
 mod top;
+mod view;
 mod workshop;
 
 use std::ffi::OsString;
@@ -95,6 +97,16 @@ enum Command {
     /// Only runs of processes can be watched. Keys: q quits, s sorts robots by something else, arrows scroll. Exit
     /// status: 0, also when the run ends; 1 if it cannot be watched; 2 if there is no such run.
     Top(top::TopArgs),
+    /// Watch a live run on a page in the browser: cells, packets, faults, who is waited for
+    ///
+    /// Prints the page's address, whose token only you have, and serves it until Ctrl-C. Exit status: 130 after Ctrl-C;
+    /// 1 if the run cannot be watched; 2 if there is no such run, or the address is taken.
+    View(view::ViewArgs),
+    /// Act upon a live run: hold it, step it, kill and stop robots, drop packets, move lamps
+    ///
+    /// An act takes effect at the next tick, which is printed; the ledger and a recording name it. Exit status: 0; 1 if the
+    /// run cannot be asked; 2 if there is no such run, or it refuses the act.
+    Ctl(ctl::CtlArgs),
     /// Check a scenario file; errors name the line
     Check(check::CheckArgs),
     /// Remove what crashed runs have left in shared memory; live runs are not touched
@@ -143,6 +155,8 @@ fn obey(command: Command) -> Result<Status, Failure> {
         Command::Replay(args) => replay::replay(&args),
         Command::Report(args) => report::report(&args),
         Command::Top(args) => top::top(&args),
+        Command::View(args) => view::view(&args),
+        Command::Ctl(args) => ctl::ctl(&args),
         Command::Check(args) => check::check(&args),
         Command::Clean => clean::clean(),
         Command::New(args) => new::new(&args),

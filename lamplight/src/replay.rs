@@ -15,12 +15,13 @@ use processes::signals::{exit_status, raise_on_stop};
 use protocol::{percept::Tick, setup::Mode};
 use recording::{
     Entry, FORMAT, Reader, Topic,
-    lamplight::{End, Run, Tick as RecordedTick},
+    lamplight::{Act, End, Run, Tick as RecordedTick},
 };
 use scenario::{Scenario, ScenarioError};
 use serde_json::Value;
+use ::view::Server;
 
-use crate::{failure::Failure, in_process, limits, log, status::Status, stdout::say, workshop::Workshop};
+use crate::{failure::Failure, in_process, limits, log, status::Status, stdout::say, view, view::ViewOptions, workshop::Workshop};
 
 /// How often the live line is brought up to date, ticks.
 const SHOW_EVERY: Tick = 100;
@@ -32,8 +33,11 @@ pub(crate) struct ReplayArgs {
 
     /// Run the scenario of the recording again, in this process or, where programs think for robots, as processes, and
     /// compare each tick of it
-    #[arg(long)]
+    #[arg(long, conflicts_with = "view")]
     verify: bool,
+
+    #[command(flatten)]
+    view: ViewOptions,
 
     /// No progress on standard error, only warnings and errors
     #[arg(long, short)]
@@ -42,6 +46,13 @@ pub(crate) struct ReplayArgs {
 
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Status, Failure> {
     log::begin(args.quiet, Format::Text);
+    if let Some(address) = args.view.view {
+        let server = Server::bind(address).map_err(Failure::usage)?;
+        let recording = Recording::open(&args.file).map_err(Failure::Usage)?;
+        let scenario = recording.scenario().map_err(Failure::usage)?;
+        let show = view::of_recording(&args.file, scenario, &recording.run.engine, &recording.run.mode)?;
+        return view::until_stopped(server, show);
+    }
     match args.verify {
         false => say(&contents(&args.file).map_err(Failure::Usage)?).map(|()| Status::SUCCESS),
         true => verify(args),
@@ -121,6 +132,20 @@ impl Recording {
     fn scenario(&self) -> Result<Scenario, ScenarioError> {
         Scenario::recorded(&self.path.display().to_string(), &self.run.scenario)
     }
+
+    /// The scenario with what was done to the run as part of its fault plan.
+    fn scenario_with_acts(&self) -> Result<Scenario, Failure> {
+        let mut acted = None;
+        let mut again = Self::open(&self.path).map_err(Failure::Usage)?;
+        while let Some(entry) = again.next().map_err(Failure::Usage)? {
+            if entry.topic == Topic::Acts {
+                let act: Act = again.named(entry.message()).map_err(Failure::Usage)?;
+                acted = act.scenario.or(acted);
+            }
+        }
+        let text = acted.unwrap_or_else(|| self.run.scenario.clone());
+        Scenario::recorded(&self.path.display().to_string(), &text).map_err(Failure::usage)
+    }
 }
 
 /// A step of a recording.
@@ -174,7 +199,7 @@ fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
             args.file.display()
         )));
     }
-    let mut scenario = recording.scenario().map_err(Failure::usage)?;
+    let mut scenario = recording.scenario_with_acts()?;
     let stop = StopFlag::default();
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let (compared, verdict) = if in_process::can_play(&scenario) {

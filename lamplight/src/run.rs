@@ -31,6 +31,7 @@ use protocol::setup::Mode;
 use scenario::{RobotSet, Scenario, ScenarioError};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
+use ::view::Server;
 
 use crate::{
     failure::Failure,
@@ -40,6 +41,7 @@ use crate::{
     stdout::say,
     summary_text,
     supervisor::{self, Watch},
+    view::{self, ViewOptions},
 };
 
 /// Engine that runs the robots.
@@ -66,6 +68,9 @@ impl Engine {
 pub(crate) struct RunArgs {
     #[command(flatten)]
     options: RunOptions,
+
+    #[command(flatten)]
+    view: ViewOptions,
 
     /// Engine that runs the robots
     #[arg(long, value_enum, default_value_t)]
@@ -165,6 +170,11 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
         let message = "--name and --by-hand are about processes; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
     }
+    if args.view.view.is_some() {
+        let message = "--view watches processes; with --engine in-process, --record it and show the recording by \
+                       `lamplight replay --view`";
+        return Err(Failure::Usage(anyhow!(message)));
+    }
     if options.trace.file.is_some() {
         let message = "--trace shows processes, and the in-process engine has none; use --engine processes";
         return Err(Failure::Usage(anyhow!(message)));
@@ -176,8 +186,8 @@ fn in_one_process(args: &RunArgs, scenario: &Scenario) -> Result<Outcome, Failur
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
     let outputs = options.out.as_deref().map(|out| Outputs::begin(out, scenario, ProfileSlot::default()));
     let mut outputs = outputs.transpose().map_err(Failure::Run)?;
-    let mut recorder = (options.out.as_deref().filter(|_| options.record))
-        .map(|folder| Recorder::begin(folder, scenario))
+    let mut recorder = (options.out.as_deref().zip(options.record))
+        .map(|(folder, extent)| Recorder::begin(folder, scenario, extent))
         .transpose()?;
     let mut progress = (!options.quiet).then(|| Progress::new(Audience::StandardError));
     let mut publisher = live.map(|live| SnapshotPublisher::new(live, WatchedCycles::default()));
@@ -218,8 +228,12 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
     // The arena will take it; that it cannot is to be known before anything is started.
     args.options.play.metrics.map(Endpoint::bind).transpose().map_err(Failure::usage)?;
     limits::prepare(robots, scenario.plane(args.options.play.mode())).map_err(Failure::Usage)?;
+    let page = args.view.view.map(Server::bind).transpose().map_err(Failure::usage)?;
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
+    if let Some(page) = page {
+        view::serve(page, view::of_run(&run, scenario.clone(), args.options.play.mode())?)?;
+    }
     let outcome = supervised(args, scenario, &run, &watch);
     let removed = run.remove_own(owner).map_err(Failure::run);
     outcome.and_then(|outcome| removed.map(|()| outcome))

@@ -1,6 +1,5 @@
 //! `lamplight top`: a live run in the terminal.
 
-mod cpu;
 mod rates;
 mod screen;
 mod watch;
@@ -62,7 +61,7 @@ fn once(watcher: &mut Watcher) -> Result<(), Failure> {
 }
 
 /// The run to watch: `name`, or the one that is alive.
-fn chosen(name: Option<&RunName>) -> Result<RunDir, Failure> {
+pub(crate) fn chosen(name: Option<&RunName>) -> Result<RunDir, Failure> {
     let is_alive = |run: &RunDir| RunDir::open(run.name().clone()).is_ok();
     let alive: Vec<RunDir> = RunDir::list().map_err(Failure::run)?.into_iter().filter(is_alive).collect();
     let names = || alive.iter().map(|run| format!("`{}`", run.name())).collect::<Vec<_>>().join(", ");

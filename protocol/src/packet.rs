@@ -20,7 +20,8 @@ use crate::{payload::PAYLOAD_BYTES_MAX, robot_id::RobotId};
 
 /// Kind byte of a localization packet, and with it the version of this layout.
 const LOCALIZATION: u8 = 1;
-const HEADER_BYTES: usize = 12;
+/// Bytes of a frame before the payload.
+pub const HEADER_BYTES: usize = 12;
 const CRC_BYTES: usize = 2;
 /// Longest payload that lies in a [`Packet`] itself.
 const INLINE_BYTES: usize = 4;
@@ -165,9 +166,9 @@ impl Packet {
 }
 
 impl<'a> PacketView<'a> {
-    /// The bytes before the payload.
+    /// The bytes of its frame before the payload.
     #[inline]
-    fn header(&self) -> [u8; HEADER_BYTES] {
+    pub fn header(&self) -> [u8; HEADER_BYTES] {
         let mut bytes = [0; HEADER_BYTES];
         bytes[0] = LOCALIZATION;
         bytes[1] = self.payload.len() as u8;

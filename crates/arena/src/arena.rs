@@ -151,6 +151,13 @@ impl Arena {
         self.plan.process_faults(tick, self.world.poses(), left_out)
     }
 
+    /// Goes on with the plan of `scenario`, which is this arena's with some more faults, or some that end earlier: what is
+    /// done to a run under way. To be called between two ticks, before [`process_faults`](Self::process_faults).
+    pub fn change_plan(&mut self, scenario: &Scenario) {
+        self.plan.change(scenario);
+        self.scenario.fault.clone_from(&scenario.fault);
+    }
+
     /// One step of virtual time: bodies move as commanded, packets fly, and where a neighbor cycle
     /// begins, each robot gets a percept of what it has heard since the last one and of what it
     /// senses now. At other ticks there are none, and commands stand.

@@ -66,6 +66,28 @@ struct Fault {
     entry: Entry,
 }
 
+impl Fault {
+    /// Fault `index` of a scenario, which is still to come.
+    fn of(scenario: &Scenario, index: usize) -> Self {
+        let spec = &scenario.fault[index];
+        let window = window_of(spec, scenario);
+        Self {
+            rule: rule_of(&spec.kind, scenario),
+            target: Target::none(),
+            spec: spec.target.clone(),
+            entry: Entry::new(spec.kind.kind(), window.clone()),
+            window,
+            state: State::ToCome,
+            rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
+        }
+    }
+}
+
+fn window_of(spec: &fault::Fault, scenario: &Scenario) -> Range<Tick> {
+    let begins = scenario.tick_at(spec.begins_s());
+    begins..spec.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s))
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     ToCome,
@@ -77,24 +99,22 @@ impl FaultPlan {
     /// The plan of a scenario, before anything has happened.
     pub fn new(scenario: &Scenario) -> Self {
         let lamps = scenario.lamps().iter().map(|lamp| lamp.position_m.get().into()).collect();
-        let fault = |(index, spec): (usize, &fault::Fault)| {
-            let begins = scenario.tick_at(spec.begins_s());
-            let window = begins..spec.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s));
-            Fault {
-                rule: rule_of(&spec.kind, scenario),
-                target: Target::none(),
-                spec: spec.target.clone(),
-                entry: Entry::new(spec.kind.kind(), window.clone()),
-                window,
-                state: State::ToCome,
-                rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
-            }
-        };
         Self {
-            faults: scenario.fault.iter().enumerate().map(fault).collect(),
+            faults: (0..scenario.fault.len()).map(|index| Fault::of(scenario, index)).collect(),
             fates: vec![Fate::default(); scenario.robot_count() as usize],
             lamps,
         }
+    }
+
+    /// Goes on with the plan of `scenario`, which is this one with some more faults, or some that end earlier than they did:
+    /// none of that before the tick to come.
+    pub fn change(&mut self, scenario: &Scenario) {
+        for (fault, spec) in self.faults.iter_mut().zip(&scenario.fault) {
+            let window = window_of(spec, scenario);
+            fault.entry.until(window.end);
+            fault.window = window;
+        }
+        self.faults.extend((self.faults.len()..scenario.fault.len()).map(|index| Fault::of(scenario, index)));
     }
 
     /// Begins and ends what begins and ends with tick `tick`; what happens to agents just before

@@ -11,6 +11,7 @@ use protocol::{
 use crate::{
     cell::{COINCIDENT_M, HalfPlanes, cut_cell},
     control_law::Situation,
+    estimate::LinearField,
     half_plane::HalfPlane,
     law,
     neighbors::NeighborTable,
@@ -24,6 +25,17 @@ use crate::{
 pub struct CoverageController {
     setup: CoverageSetup,
     neighbors: NeighborTable,
+}
+
+/// A robot's picture of the world around it, body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Its cell; empty if it has none.
+    pub cell: Polygon,
+    /// V+, the part of the cell where φ̂ is positive; `None` if its law does not cut it.
+    pub positive: Option<Polygon>,
+    /// Ĉ, where it wants to be; `None` if it stays.
+    pub goal: Option<BodyVector>,
 }
 
 impl CoverageController {
@@ -51,6 +63,21 @@ impl CoverageController {
         lines.extend(bisectors);
         lines.extend(percept.walls.iter().map(HalfPlane::wall));
         cut_cell(cell, &mut lines, &self.setup.closure);
+    }
+
+    /// Returns what the controller makes of a percept that it has heard: for those who watch, not for the robot.
+    #[cold]
+    pub fn picture(&self, percept: &Percept) -> Picture {
+        let Self { setup, neighbors } = self;
+        let (mut cell, mut part) = (Polygon::new(), Polygon::new());
+        self.cut_cell(&mut cell, percept);
+        let positive = setup.law.truncates().then(|| {
+            let estimate = LinearField::sensed(&percept.light, setup.gradient);
+            estimate.positive_part(&cell, &mut part).iter().copied().collect()
+        });
+        let situation = Situation { cell: &cell, percept, neighbors, gradient: setup.gradient };
+        let goal = law::goal(setup.law, &situation, &mut ());
+        Picture { cell, positive, goal }
     }
 
     /// u = k(Ĉ − p), no faster than the cap.
@@ -111,7 +138,6 @@ mod tests {
 
     use super::*;
     use crate::{
-        estimate::LinearField,
         polygon::{edges, reach},
         quadratic_field::QuadraticField,
         quadrature::integrate,

@@ -40,7 +40,8 @@ macro_rules! laws {
                 }
             }
 
-            fn truncates(self) -> bool {
+            /// Whether the law cuts the cell to V+.
+            pub fn truncates(self) -> bool {
                 match self {
                     $(Self::$Law => $file::$Law::TRUNCATES,)*
                 }

@@ -38,6 +38,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod act;
 mod cores;
 mod in_process;
 mod observer;
@@ -48,8 +49,8 @@ mod run;
 pub mod summary;
 
 pub use in_process::InProcess;
-pub use observer::{Observer, ObserverError, RunInfo, TickStamps, TickView};
-pub use play::{Plan, play};
+pub use observer::{Acted, Observer, ObserverError, RunInfo, TickStamps, TickView};
+pub use play::{Plan, play, play_under};
 pub use run::{NewController, RunError, controller, run};
 /// Words of a squad that observers are told in.
 pub use squad::{Awaited, Incident, Participation, RobotStatus, Waited, Waiting, stop::StopFlag};

@@ -60,6 +60,11 @@ pub trait Observer {
         let _ = cycles;
     }
 
+    /// Somebody has acted upon the run, before the tick at which it takes effect.
+    fn acted(&mut self, acted: &Acted<'_>) {
+        let _ = acted;
+    }
+
     /// Something unplanned has happened to a robot.
     fn incident(&mut self, incident: &Incident) {
         let _ = incident;
@@ -105,6 +110,23 @@ pub struct RunInfo<'a> {
     pub engine: &'a str,
     /// How time passes.
     pub mode: Mode,
+    /// Virtual over real time at most; `None` for as fast as it can.
+    pub speed: Option<f64>,
+}
+
+/// An act upon the run.
+#[derive(Clone, Copy, Debug)]
+pub struct Acted<'a> {
+    /// The tick that it takes effect at.
+    pub tick: Tick,
+    /// The act, in words.
+    pub what: &'a str,
+    /// The scenario as it is from now on, if the act has changed its fault plan.
+    pub scenario: Option<&'a Scenario>,
+    /// Whether ticks are held back.
+    pub is_held: bool,
+    /// Virtual over real time at most; `None` for as fast as it can.
+    pub speed: Option<f64>,
 }
 
 /// Moments of a tick by the clock that agents are measured by, nanoseconds since all had joined.

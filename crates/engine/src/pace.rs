@@ -83,6 +83,22 @@ impl Pace {
         Some(Next { due: self.due, late })
     }
 
+    /// Virtual seconds per real second; `None` for "as fast as it can".
+    pub fn factor(&self) -> Option<f64> {
+        self.factor
+    }
+
+    /// Goes on by another factor, `now`.
+    pub fn set_factor(&mut self, factor: Option<f64>, now: Moment) {
+        self.factor = factor;
+        self.begin_anew(now);
+    }
+
+    /// It is `now`, and no tick is late.
+    pub fn begin_anew(&mut self, now: Moment) {
+        self.due = now;
+    }
+
     /// The whole run has stood still for so long by the wall clock: that is lost, and no tick hurries for it.
     pub fn stood_still(&mut self, time: Duration) {
         self.lag.late_ticks += 1;

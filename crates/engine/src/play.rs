@@ -1,6 +1,7 @@
 //! The loop that every engine shares.
 
 use std::{
+    borrow::Cow,
     cell::OnceCell,
     time::{Duration, Instant},
 };
@@ -16,11 +17,12 @@ use squad::{
 };
 
 use crate::{
+    act::{Act, Acts, Asked, Done, Hold, Refused},
     cores::Cores,
-    observer::{Observer, Observers, RunInfo, TickStamps, TickView, attendance},
+    observer::{Acted, Observer, Observers, RunInfo, TickStamps, TickView, attendance},
     pace::{Lag, Overload, Pace},
     properties::Properties,
-    summary::{Delivered, Ending, Fault, Recovered, Summary, TickTimes},
+    summary::{ActLine, Delivered, Ending, Fault, Recovered, Summary, TickTimes},
 };
 
 /// How the run is to be carried out.
@@ -47,6 +49,11 @@ impl Plan {
         overload: Overload::Report,
         shares: true,
     };
+
+    /// Virtual over real time at most.
+    fn factor(&self) -> Option<f64> {
+        self.speed.or((self.mode == Mode::Realtime).then_some(1.0))
+    }
 }
 
 /// Runs `scenario`, whose start `arena` is, to its end, and tells `observers`. A squad that fails or an observer that
@@ -59,9 +66,25 @@ pub fn play(
     observers: &mut [&mut dyn Observer],
     stop: &StopFlag,
 ) -> Summary {
+    play_under(&Acts::default(), scenario, arena, squad, plan, observers, stop)
+}
+
+/// Like [`play`], under the hands of whoever asks for `acts`.
+pub fn play_under(
+    acts: &Acts,
+    scenario: &Scenario,
+    arena: &mut Arena,
+    squad: &mut dyn Squad,
+    plan: Plan,
+    observers: &mut [&mut dyn Observer],
+    stop: &StopFlag,
+) -> Summary {
     let robots = arena.poses().len();
     let mut run = Run {
-        scenario,
+        acts,
+        acted: Vec::new(),
+        hold: Hold::default(),
+        scenario: Cow::Borrowed(scenario),
         arena,
         squad,
         plan,
@@ -83,6 +106,7 @@ pub fn play(
     let started = Instant::now();
     let course = joined.and_then(|()| run.follow());
     let wall = started.elapsed();
+    acts.close();
     let (ended, failure) = match course {
         Ok(ending) => (ending, None),
         Err(Interruption(why)) => (Ending::Failed, Some(why)),
@@ -91,7 +115,12 @@ pub fn play(
 }
 
 struct Run<'a, 'o> {
-    scenario: &'a Scenario,
+    acts: &'a Acts,
+    /// Acts so far.
+    acted: Vec<ActLine>,
+    hold: Hold,
+    /// With what acts have made of its fault plan.
+    scenario: Cow<'a, Scenario>,
     arena: &'a mut Arena,
     squad: &'a mut dyn Squad,
     plan: Plan,
@@ -110,8 +139,8 @@ struct Run<'a, 'o> {
     tick_ns: Histogram<u64>,
 }
 
-/// Longest nap, so that a wish to stop is heard.
-const NAP: Duration = Duration::from_millis(100);
+/// Longest nap, so that acts and a wish to stop are heard.
+const NAP: Duration = Duration::from_millis(20);
 /// Time between two warnings that the machine does not keep up.
 const LATE_AGAIN: Duration = Duration::from_secs(5);
 
@@ -130,19 +159,31 @@ impl Run<'_, '_> {
         squad.join_all(answers, stop, &mut |waiting| {
             observers.each(|observer| observer.waiting(waiting.as_ref()));
         })?;
-        let info = RunInfo { scenario: self.scenario, engine: self.plan.engine, mode: self.plan.mode };
+        let info = RunInfo {
+            scenario: &self.scenario,
+            engine: self.plan.engine,
+            mode: self.plan.mode,
+            speed: self.plan.factor(),
+        };
         self.observers.try_each(|observer| observer.started(&info));
         Ok(())
     }
 
     fn follow(&mut self) -> Result<Ending, Interruption> {
-        let Plan { mode, speed, overload, .. } = self.plan;
-        let factor = speed.or((mode == Mode::Realtime).then_some(1.0));
-        let mut pace = Pace::new(factor, overload, Moment::now());
+        let Plan { mode, overload, .. } = self.plan;
+        let mut pace = Pace::new(self.plan.factor(), overload, Moment::now());
         let mut stood = Standstills::begin();
         let mut told = None;
         while !self.stop.is_raised() {
+            self.obey(&mut pace);
+            if self.hold.holds() {
+                self.nap(NAP)?;
+                // Ticks that were held back are not late.
+                pace.begin_anew(Moment::now());
+                continue;
+            }
             let took = self.tick()?;
+            self.hold.passed();
             let ending = self.look(took)?;
             if let Some(ending) = ending {
                 return Ok(ending);
@@ -159,9 +200,84 @@ impl Run<'_, '_> {
             if let Some(late) = next.late.filter(|_| mode == Mode::Realtime) {
                 self.say_late(&pace, late, &mut told)?;
             }
-            self.wait(next.due)?;
+            self.wait(next.due, &mut pace)?;
         }
         Ok(Ending::Interrupted)
+    }
+
+    /// Does what was asked for. Returns whether ticks are to pass at other times than before.
+    fn obey(&mut self, pace: &mut Pace) -> bool {
+        let mut is_paced_anew = false;
+        for Asked { act, reply } in self.acts.take() {
+            is_paced_anew |= matches!(act, Act::Pause | Act::Step { .. } | Act::Speed { .. });
+            // Whoever asked may have gone.
+            let _ = reply.send(self.act(act, pace));
+        }
+        is_paced_anew
+    }
+
+    fn act(&mut self, act: Act, pace: &mut Pace) -> Result<Done, Refused> {
+        let tick = self.arena.next_tick();
+        let mut done = Done { tick, ..Done::default() };
+        let (what, changed) = match act {
+            Act::Save => {
+                done.scenario = Some(self.scenario.to_toml());
+                return Ok(done);
+            }
+            Act::Pause | Act::Resume | Act::Step { .. } | Act::Speed { .. }
+                if self.plan.mode == Mode::Realtime =>
+            {
+                return Err("robots in real time have clocks of their own, which cannot be held or hurried".into());
+            }
+            Act::Pause => {
+                self.hold.pause();
+                ("ticks are held".into(), None)
+            }
+            Act::Resume => {
+                self.hold.resume();
+                ("ticks pass again".into(), None)
+            }
+            Act::Step { ticks: 0 } => return Err("a step is of 1 tick or more".into()),
+            Act::Step { ticks } => {
+                self.hold.step(ticks);
+                (format!("ticks pass up to {}, and are held then", tick.saturating_add(ticks - 1)), None)
+            }
+            Act::Speed { factor: Some(factor) } if !(factor > 0.0 && factor.is_finite()) => {
+                return Err(format!("{factor} is no speed: give virtual seconds per real second, more than 0"));
+            }
+            Act::Speed { factor } => {
+                pace.set_factor(factor, Moment::now());
+                let what = match factor {
+                    Some(factor) => format!("ticks pass at {factor} times real time"),
+                    None => "ticks pass as fast as they can".into(),
+                };
+                (what, None)
+            }
+            Act::Begin { fault } => {
+                let scenario = self.scenario.with_fault(&fault, tick).map_err(|error| error.to_string())?;
+                let index = scenario.fault.len() - 1;
+                done.fault = Some(index);
+                (format!("fault {index} ({}) is added", scenario.fault[index].name()), Some(scenario))
+            }
+            Act::End { fault } => {
+                let scenario =
+                    self.scenario.with_fault_ended(fault, tick).map_err(|error| error.to_string())?;
+                done.fault = Some(fault);
+                (format!("fault {fault} ({}) is ended", scenario.fault[fault].name()), Some(scenario))
+            }
+        };
+        if let Some(scenario) = &changed {
+            self.arena.change_plan(scenario);
+        }
+        tracing::info!("tick {tick}: {what}");
+        let (is_held, speed) = (self.hold.is_held(), pace.factor());
+        let acted = Acted { tick, what: &what, scenario: changed.as_ref(), is_held, speed };
+        self.observers.each(|observer| observer.acted(&acted));
+        self.acted.push(ActLine { tick, what });
+        if let Some(scenario) = changed {
+            self.scenario = Cow::Owned(scenario);
+        }
+        Ok(done)
     }
 
     /// One tick. Returns how long it took.
@@ -198,7 +314,7 @@ impl Run<'_, '_> {
         let errors = EstimatedErrors::of(&self.answers);
         let ending = self.ending(&errors);
         self.pass_on();
-        let view = view(self.scenario, self.arena, self.squad, &self.answers, self.stamps, errors);
+        let view = view(&self.scenario, self.arena, self.squad, &self.answers, self.stamps, errors);
         let view = TickView { took, is_last: ending.is_some(), ..view };
         self.observers.try_each(|observer| observer.ticked(&view));
         match self.observers.objection() {
@@ -235,18 +351,24 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// Waits until `due`, or for the wish to stop.
-    fn wait(&mut self, due: Moment) -> Result<(), Interruption> {
-        let Self { squad, observers, stop, .. } = self;
-        while !stop.is_raised() {
+    /// Waits until `due`, or for the wish to stop, or to let ticks pass at other times.
+    fn wait(&mut self, due: Moment, pace: &mut Pace) -> Result<(), Interruption> {
+        while !self.stop.is_raised() && !self.obey(pace) {
             let left = due.since(Moment::now());
             if left.is_zero() {
                 break;
             }
-            squad.poll_until(Instant::now() + left.min(NAP), &mut |waiting| {
-                observers.each(|observer| observer.waiting(waiting.as_ref()));
-            })?;
+            self.nap(left.min(NAP))?;
         }
+        Ok(())
+    }
+
+    /// Waits, and takes in what comes meanwhile.
+    fn nap(&mut self, time: Duration) -> Result<(), Interruption> {
+        let Self { squad, observers, .. } = self;
+        squad.poll_until(Instant::now() + time, &mut |waiting| {
+            observers.each(|observer| observer.waiting(waiting.as_ref()));
+        })?;
         Ok(())
     }
 
@@ -291,7 +413,7 @@ impl Run<'_, '_> {
         let view = TickView {
             is_last: true,
             metrics: OnceCell::from(summary.end),
-            ..view(scenario, arena, squad, &answers, stamps, EstimatedErrors::of(&answers))
+            ..view(&scenario, arena, squad, &answers, stamps, EstimatedErrors::of(&answers))
         };
         observers.try_each(|observer| observer.summarize(&view, &mut summary));
         summary.unwritten.extend(observers.failures());
@@ -321,7 +443,7 @@ impl Run<'_, '_> {
             contacts_unsolved: self.arena.contacts_unsolved(),
             contacts_coarse: self.arena.contacts_coarse(),
             commands_refused: self.squad.robot_statuses().iter().map(|robot| robot.refused).sum(),
-            delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, self.scenario)),
+            delivered: self.arena.crowding().and_then(|crowding| Delivered::of(crowding, &self.scenario)),
             granted: self.scenario.granted(),
             faults: self
                 .arena
@@ -329,6 +451,7 @@ impl Run<'_, '_> {
                 .map(|line| Fault { line: line.clone(), recovered: Recovered::default() })
                 .collect(),
             incidents: self.incidents.clone(),
+            acts: self.acted.clone(),
             properties: Properties::default(),
             tick_us: TickTimes::of(&self.tick_ns),
             lag: self.lag,

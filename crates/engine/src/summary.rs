@@ -59,6 +59,15 @@ impl TickTimes {
     }
 }
 
+/// An act upon the run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActLine {
+    /// The tick that it took effect at.
+    pub tick: Tick,
+    /// The act, in words.
+    pub what: String,
+}
+
 /// A planned fault, what it did, and how the swarm took it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
@@ -175,6 +184,9 @@ pub struct Summary {
     pub faults: Vec<Fault>,
     /// Unplanned events.
     pub incidents: Vec<Incident>,
+    /// Acts upon the run; left out if there were none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub acts: Vec<ActLine>,
     /// Properties that controllers state, and what became of them.
     #[serde(flatten)]
     pub properties: Properties,

@@ -9,6 +9,7 @@ pub mod agents;
 pub mod convergence;
 pub mod live;
 pub mod log_context;
+mod messages;
 pub mod outputs;
 pub mod progress;
 pub mod recorder;

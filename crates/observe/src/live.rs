@@ -5,6 +5,7 @@
 //! threads of their own hand it out. Each tick is timed, and each cycle noted, only while somebody watches. Nothing of
 //! it reaches arena or agents: a run goes the same way whether it is watched or not.
 
+pub mod acts;
 pub mod http;
 pub mod prometheus;
 mod publisher;
@@ -12,6 +13,7 @@ mod server;
 mod snapshot;
 pub mod socket;
 mod state;
+pub mod stream;
 
 pub use publisher::SnapshotPublisher;
 pub use server::CLIENTS_MAX;

@@ -10,11 +10,11 @@ use std::collections::VecDeque;
 
 use arena::metrics::Disturbance;
 use engine::{
-    Observer, ObserverError, TickView,
+    Acted, Observer, ObserverError, TickView,
     summary::{Recovered, Summary},
 };
 use protocol::percept::Tick;
-use scenario::Scenario;
+use scenario::{Fault, Scenario};
 
 /// Neighbor cycles that a value is the mean of: twice as many as it takes to forget a neighbor.
 const SPAN_CYCLES: usize = 8;
@@ -45,18 +45,7 @@ struct Watch {
 impl Recovery {
     /// Nothing has happened yet.
     pub fn new(scenario: &Scenario) -> Self {
-        let ticks = |time_s| scenario.tick_at(time_s);
-        let watch = |fault: &scenario::Fault| Watch {
-            begins: ticks(fault.begins_s()),
-            // Who is killed is gone at once; what comes later is the recovery.
-            ends: match fault.nature().at_once {
-                true => ticks(fault.begins_s()),
-                false => fault.ends_s().map_or(Tick::MAX, ticks),
-            },
-            before: None,
-            back_since: [None; 2],
-        };
-        let faults: Vec<Watch> = scenario.fault.iter().map(watch).collect();
+        let faults: Vec<Watch> = scenario.fault.iter().map(|fault| Watch::new(fault, scenario)).collect();
         let first = faults.iter().map(|watch| watch.begins).min().unwrap_or(Tick::MAX);
         let span_ticks = (SPAN_CYCLES as f64 * scenario.cycle_s() / scenario.step_s.get()).ceil() as Tick;
         Self { faults, span: VecDeque::new(), wanted_from: first.saturating_sub(span_ticks) }
@@ -101,6 +90,20 @@ impl Recovery {
 }
 
 impl Observer for Recovery {
+    fn acted(&mut self, acted: &Acted<'_>) {
+        let Some(scenario) = acted.scenario else { return };
+        for (watch, fault) in self.faults.iter_mut().zip(&scenario.fault) {
+            watch.ends = Watch::new(fault, scenario).ends;
+        }
+        if scenario.fault.len() > self.faults.len() && !self.wants(acted.tick) {
+            // Values of long ago say nothing of the time before it.
+            self.span.clear();
+        }
+        self.wanted_from = self.wanted_from.min(acted.tick);
+        let added = &scenario.fault[self.faults.len()..];
+        self.faults.extend(added.iter().map(|fault| Watch::new(fault, scenario)));
+    }
+
     fn ticked(&mut self, tick: &TickView<'_>) -> Result<(), ObserverError> {
         if self.wants(tick.tick()) && tick.percepts().is_some() {
             self.observe(tick.tick(), tick.disturbance());
@@ -119,6 +122,17 @@ impl Observer for Recovery {
 }
 
 impl Watch {
+    /// A fault that is still to come.
+    fn new(fault: &Fault, scenario: &Scenario) -> Self {
+        let begins = scenario.tick_at(fault.begins_s());
+        // Who is killed is gone at once; what comes later is the recovery.
+        let ends = match fault.nature().at_once {
+            true => begins,
+            false => fault.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s)),
+        };
+        Self { begins, ends, before: None, back_since: [None; 2] }
+    }
+
     fn is_settled(&self) -> bool {
         self.back_since.iter().all(Option::is_some)
     }

@@ -10,6 +10,7 @@ use engine::pace::Overload;
 use logging::Format;
 use observe::{
     live::http::MetricsAddr,
+    recorder::RecordExtent,
     trace::{TraceError, TraceOptions},
 };
 use protocol::setup::Mode;
@@ -112,9 +113,11 @@ pub struct PlayOptions {
     #[arg(long)]
     pub no_profile: bool,
 
-    /// Record the run in DIR/run.mcap, for viewers such as Foxglove and rerun, and for `lamplight replay`
-    #[arg(long, requires = "out")]
-    pub record: bool,
+    /// Record the run in DIR/run.mcap, for viewers such as Foxglove and rerun, and for `lamplight replay`; `full`: with what
+    /// each robot was told and answered, to the bit
+    #[arg(long, requires = "out", value_name = "EXTENT", num_args = 0..=1, require_equals = true,
+          default_missing_value = "plain")]
+    pub record: Option<RecordExtent>,
 
     /// Whether there is to be a trace
     #[command(flatten)]

@@ -1,7 +1,8 @@
-//! Processes of this machine: their state, and the signals by which they are asked to end or to stand still.
+//! Processes of this machine: their state, what they take, and the signals by which they are asked to end or to stand still.
 
 #![forbid(unsafe_code)]
 
+pub mod cpu;
 mod process;
 pub mod signals;
 

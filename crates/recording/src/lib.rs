@@ -8,20 +8,24 @@
 
 #![forbid(unsafe_code)]
 
+mod columns;
 mod reader;
+mod stream;
 mod topic;
 mod writer;
 
 pub use prost::Message;
 
 pub use crate::{
+    columns::Malformed,
     reader::{Entry, ReadError, Reader},
+    stream::{StreamReader, StreamWriter},
     topic::Topic,
     writer::{WriteError, Writer},
 };
 
 /// Version of the messages in `proto/lamplight.proto`.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Messages that viewers draw, by Foxglove.
 #[allow(missing_docs, reason = "they are documented where they are from")]

@@ -38,7 +38,7 @@ pub struct Entry {
     pub topic: Topic,
     /// Virtual time, nanoseconds.
     pub time_ns: u64,
-    data: Vec<u8>,
+    pub(crate) data: Vec<u8>,
 }
 
 impl Entry {

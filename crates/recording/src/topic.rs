@@ -15,8 +15,18 @@ pub enum Topic {
     Scene,
     /// Decisions of robots.
     Commands,
+    /// Percepts of robots, to the bit.
+    Percepts,
+    /// Their answers, to the bit.
+    Answers,
+    /// Notes of controllers.
+    Notes,
     /// The swarm in numbers.
     Metrics,
+    /// Faults that strike.
+    Faults,
+    /// Acts upon the run.
+    Acts,
     /// Faults and what went wrong without being planned.
     Log,
     /// Hashes that make each tick this tick and no other: its last message.
@@ -27,14 +37,19 @@ pub enum Topic {
 
 impl Topic {
     /// All topics.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 15] = [
         Self::Run,
         Self::Frame,
         Self::Robots,
         Self::Points,
         Self::Scene,
         Self::Commands,
+        Self::Percepts,
+        Self::Answers,
+        Self::Notes,
         Self::Metrics,
+        Self::Faults,
+        Self::Acts,
         Self::Log,
         Self::Ticks,
         Self::End,
@@ -49,7 +64,12 @@ impl Topic {
             Self::Points => "/robots/points",
             Self::Scene => "/scene",
             Self::Commands => "/commands",
+            Self::Percepts => "/percepts",
+            Self::Answers => "/answers",
+            Self::Notes => "/notes",
             Self::Metrics => "/metrics",
+            Self::Faults => "/faults",
+            Self::Acts => "/acts",
             Self::Log => "/log",
             Self::Ticks => "/ticks",
             Self::End => "/end",
@@ -65,7 +85,12 @@ impl Topic {
             Self::Points => "foxglove.PointCloud",
             Self::Scene => "foxglove.SceneUpdate",
             Self::Commands => "lamplight.Commands",
+            Self::Percepts => "lamplight.Percepts",
+            Self::Answers => "lamplight.Answers",
+            Self::Notes => "lamplight.Notes",
             Self::Metrics => "lamplight.Metrics",
+            Self::Faults => "lamplight.Fault",
+            Self::Acts => "lamplight.Act",
             Self::Log => "foxglove.Log",
             Self::Ticks => "lamplight.Tick",
             Self::End => "lamplight.End",

@@ -23,6 +23,7 @@
 
 #[macro_use]
 mod number;
+mod act;
 mod channel;
 mod check;
 mod controller;
@@ -48,6 +49,7 @@ mod steps;
 mod tables;
 mod time_out;
 
+pub use act::ActError;
 pub use channel::{Access, Air, Capture, ChannelModel, ChannelSpec, Medium, Profile};
 pub use check::MAX_GAIN_STEP;
 pub use controller::{Controller, Gradient, LawSpec, Mind, ProgramSpec, PythonSpec, Speaks};

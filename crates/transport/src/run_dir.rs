@@ -8,6 +8,8 @@
 //! setup.bin   what agents are told at their start (`codec`); `setup.ROBOT` where controllers differ
 //! doorbell    the page of `doorbell`
 //! live        a socket that tells how the run goes, for its owner alone
+//! watch       a socket that tells what happens in it, tick by tick, for its owner alone
+//! acts        a socket that takes acts upon it, from its owner alone
 //! by-hand     who is driven by hand and waits to be; for agents that are started by hand (`codec`)
 //! over-ROBOT-LIFE   this life is over; for them
 //! notes-ROBOT-LIFE  names of the notes of this life, if it has any
@@ -391,6 +393,16 @@ impl RunDir {
     /// The socket of those who watch the run. Its path is no longer than a socket's can be (107 bytes).
     pub fn live_path(&self) -> PathBuf {
         self.path().join("live")
+    }
+
+    /// Path of the socket that tells what happens, tick by tick.
+    pub fn watch_path(&self) -> PathBuf {
+        self.path().join("watch")
+    }
+
+    /// Path of the socket that takes acts upon the run.
+    pub fn acts_path(&self) -> PathBuf {
+        self.path().join("acts")
     }
 
     /// The arena says which robots are driven by hand.

@@ -15,14 +15,14 @@ use std::{
 use anyhow::{Context, anyhow};
 use engine::StopFlag;
 use observe::live::{Snapshot, socket};
-use processes::{Process, signals::raise_on_stop};
+use processes::{Process, cpu::Cpu, signals::raise_on_stop};
 use ratatui::{
     DefaultTerminal,
     crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
 };
 use transport::run_dir::RunDir;
 
-use super::{cpu::Cpu, rates::Rates, screen::Screen};
+use super::{rates::Rates, screen::Screen};
 use signal_hook::{
     consts::{SIGCONT, SIGSTOP, SIGTSTP},
     flag,

@@ -51,13 +51,20 @@ impl Entry {
         let line = Line {
             kind,
             planned_tick: window.start,
-            until_tick: Some(window.end).filter(|&end| end != Tick::MAX),
+            until_tick: None,
             fired_tick: None,
             last_tick: None,
             robots: 0,
             effects: BTreeMap::new(),
         };
-        Self { line, struck: BTreeSet::new() }
+        let mut entry = Self { line, struck: BTreeSet::new() };
+        entry.until(window.end);
+        entry
+    }
+
+    /// It ends with tick `end`; `Tick::MAX` with the run.
+    pub(super) fn until(&mut self, end: Tick) {
+        self.line.until_tick = Some(end).filter(|&end| end != Tick::MAX);
     }
 
     /// It did something to `robot`.

@@ -156,13 +156,15 @@ fn robots(text: &mut String, snapshot: &Snapshot) {
 }
 
 fn dropped(text: &mut String, snapshot: &Snapshot) {
-    let Dropped { late, crowded_out } = snapshot.dropped;
+    let Dropped { late, crowded_out, ticks } = snapshot.dropped;
     let help =
         "Clients that asked for metrics, or for the run's state, and were dropped without their answer.";
     let mut metric = begin(text, Kind::Counter, "lamplight_clients_dropped_total", help);
     for (reason, count) in [("late", late), ("crowded_out", crowded_out)] {
         metric.value(&[("reason", &reason)], count as f64);
     }
+    let help = "Ticks that those who watch were not told of, because they had not read the ones before.";
+    begin(text, Kind::Counter, "lamplight_watch_ticks_dropped_total", help).value(&[], ticks as f64);
 }
 
 /// A metric's head; its values follow.

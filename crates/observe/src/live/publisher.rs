@@ -6,7 +6,7 @@ use std::{
 };
 
 use arena::packets::Packets;
-use engine::{Observer, ObserverError, RunInfo, TickView, Waiting, summary::Summary};
+use engine::{Acted, Observer, ObserverError, RunInfo, TickView, Waiting, summary::Summary};
 use profile::{WatchedCycles, Window};
 use protocol::percept::Tick;
 
@@ -89,9 +89,18 @@ impl SnapshotPublisher {
 }
 
 impl Observer for SnapshotPublisher {
-    fn started(&mut self, _: &RunInfo<'_>) -> Result<(), ObserverError> {
+    fn started(&mut self, run: &RunInfo<'_>) -> Result<(), ObserverError> {
         self.live.start();
+        self.live.tell(|snapshot| snapshot.speed = run.speed);
         Ok(())
+    }
+
+    fn acted(&mut self, acted: &Acted<'_>) {
+        let position = self.position;
+        self.live.tell(|snapshot| {
+            position.into_iter().for_each(|position| position.write(snapshot));
+            (snapshot.is_held, snapshot.speed) = (acted.is_held, acted.speed);
+        });
     }
 
     fn ticked(&mut self, tick: &TickView<'_>) -> Result<(), ObserverError> {

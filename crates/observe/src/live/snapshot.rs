@@ -21,6 +21,10 @@ pub struct Snapshot {
     pub time_s: f64,
     /// Seconds since the first tick, by the wall clock.
     pub wall_s: f64,
+    /// Whether somebody holds its ticks back.
+    pub is_held: bool,
+    /// Virtual over real time at most; `None` for as fast as it can.
+    pub speed: Option<f64>,
     /// Mean ‖ê‖ over the robots that estimate one; `None` if none does.
     pub mean_error_m: Option<f64>,
     /// Packets since the start.
@@ -44,6 +48,8 @@ pub struct Dropped {
     pub late: u64,
     /// There were too many at once, and they had been there for longest.
     pub crowded_out: u64,
+    /// Ticks that those who watch were not told of, because they had not read the ones before; their clients stay.
+    pub ticks: u64,
 }
 
 /// Facts that do not change in a run.
@@ -100,6 +106,8 @@ impl Snapshot {
             ticks,
             time_s: 0.0,
             wall_s: 0.0,
+            is_held: false,
+            speed: None,
             mean_error_m: None,
             packets: Packets::default(),
             tick_time: None,

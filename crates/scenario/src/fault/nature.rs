@@ -43,7 +43,7 @@ impl Nature {
     }
 
     /// The keys of its window.
-    pub(super) fn window(self) -> [&'static str; 2] {
+    pub fn window(self) -> [&'static str; 2] {
         if self.at_once { ["at_s", "restart_at_s"] } else { ["from_s", "until_s"] }
     }
 

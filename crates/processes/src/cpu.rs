@@ -4,11 +4,11 @@ use std::{collections::HashMap, fs, time::Instant};
 
 /// Time on a processor, and when that was read, by process.
 #[derive(Debug, Default)]
-pub(super) struct Cpu(HashMap<u32, (Instant, u64)>);
+pub struct Cpu(HashMap<u32, (Instant, u64)>);
 
 impl Cpu {
     /// Shares since the last call of those of `pids` that were there then.
-    pub(super) fn shares(&mut self, pids: impl Iterator<Item = u32>) -> HashMap<u32, f64> {
+    pub fn shares(&mut self, pids: impl Iterator<Item = u32>) -> HashMap<u32, f64> {
         let now = Instant::now();
         let read: HashMap<_, _> = pids.filter_map(|pid| Some((pid, (now, used_ns(pid)?)))).collect();
         let shares = read.iter().filter_map(|(pid, (now, used))| {

@@ -1,0 +1,201 @@
+//! The server of a page: HTTP and WebSockets, in a thread of its own.
+
+use std::{
+    fmt, io,
+    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener},
+    str::FromStr,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use axum::{
+    Router,
+    extract::{FromRequestParts, Request, State, WebSocketUpgrade},
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+    routing::any,
+};
+
+use crate::{
+    door::{Door, Refusal, Token},
+    page,
+    session::{self, Show, Source},
+};
+
+/// Most pages at once; one more is turned away.
+pub(crate) const CLIENTS_MAX: usize = 32;
+/// Longest message of a page, bytes.
+const MESSAGE_BYTES_MAX: usize = 1 << 16;
+
+/// Where a page is served: `127.0.0.1:8080`, or `:8080` on this machine alone; port 0 is any that is free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ViewAddr(SocketAddr);
+
+impl Default for ViewAddr {
+    /// This machine alone, any port that is free.
+    fn default() -> Self {
+        Self((Ipv4Addr::LOCALHOST, 0).into())
+    }
+}
+
+impl FromStr for ViewAddr {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let port = text.strip_prefix(':').or_else(|| text.strip_prefix("localhost:"));
+        let address = match port {
+            Some(port) => port.parse().ok().map(|port| (IpAddr::V4(Ipv4Addr::LOCALHOST), port).into()),
+            None => text.parse().ok(),
+        };
+        let hint = "use an address and a port, such as 127.0.0.1:8080, or :8080 for this machine alone";
+        address.map(Self).ok_or_else(|| hint.into())
+    }
+}
+
+impl fmt::Display for ViewAddr {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Why a page cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address is taken, or not ours.
+    #[error("cannot serve the page at {address}: {error}; choose another port, or none for any that is free")]
+    Bind {
+        /// The address.
+        address: ViewAddr,
+        /// The system's error.
+        error: io::Error,
+    },
+    /// The operating system said no.
+    #[error("cannot serve the page: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// A page that will be served.
+#[derive(Debug)]
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    token: Token,
+}
+
+/// What every request is answered by.
+#[derive(Clone)]
+struct Shared {
+    door: Door,
+    source: Arc<dyn Source>,
+    clients: Arc<AtomicUsize>,
+}
+
+impl Server {
+    /// Takes `address`.
+    ///
+    /// # Errors
+    /// If it is in use, or not ours.
+    pub fn bind(address: ViewAddr) -> Result<Self, ServeError> {
+        let listener = TcpListener::bind(address.0).map_err(|error| ServeError::Bind { address, error })?;
+        listener.set_nonblocking(true)?;
+        Ok(Self { address: listener.local_addr()?, listener, token: Token::new()? })
+    }
+
+    /// The address that opens the page.
+    pub fn url(&self) -> String {
+        format!("http://{}/?token={}", self.address, self.token)
+    }
+
+    /// Serves what is shown until this process ends.
+    ///
+    /// # Errors
+    /// If no thread can be made for it.
+    pub fn serve(self, Show(source): Show) -> Result<(), ServeError> {
+        let Self { listener, address, token } = self;
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let door = Door { token, port: address.port() };
+        let shared = Shared { door, source, clients: Arc::default() };
+        let app = Router::new().route("/stream", any(stream)).fallback(file).with_state(shared);
+        thread::Builder::new().name("page".into()).spawn(move || {
+            runtime.block_on(async {
+                let served = match tokio::net::TcpListener::from_std(listener) {
+                    Ok(listener) => axum::serve(listener, app).await,
+                    Err(error) => Err(error),
+                };
+                if let Err(error) = served {
+                    tracing::warn!("the page is no longer served: {error}");
+                }
+            });
+        })?;
+        Ok(())
+    }
+}
+
+/// A part of the page. The address with the token leaves a cookie, and leads to the one without.
+async fn file(State(shared): State<Shared>, request: Request) -> Response {
+    let (door, uri) = (&shared.door, request.uri());
+    if let Some(token) = uri.query().and_then(|query| query.strip_prefix("token=")) {
+        return match door.knows_place(request.headers()) {
+            Err(refusal) => refused(refusal),
+            Ok(()) if !door.opens(token) => refused(Refusal::Token),
+            Ok(()) => {
+                let headers = [(header::SET_COOKIE, door.set_cookie()), (header::LOCATION, "/".into())];
+                (StatusCode::SEE_OTHER, headers).into_response()
+            }
+        };
+    }
+    if let Err(refusal) = door.admits(request.headers()) {
+        return refused(refusal);
+    }
+    let Some((kind, bytes)) = page::file(uri.path()) else {
+        return (StatusCode::NOT_FOUND, "there is no such file\n").into_response();
+    };
+    let fixed = |value: &'static str| HeaderValue::from_static(value);
+    let headers = [
+        (header::CONTENT_TYPE, fixed(kind)),
+        (header::CACHE_CONTROL, fixed("no-store")),
+        (header::CONTENT_SECURITY_POLICY, fixed(page::POLICY)),
+        (header::X_CONTENT_TYPE_OPTIONS, fixed("nosniff")),
+        (header::REFERRER_POLICY, fixed("no-referrer")),
+        (header::X_FRAME_OPTIONS, fixed("DENY")),
+    ];
+    (headers, bytes).into_response()
+}
+
+/// The stream of a page.
+async fn stream(State(shared): State<Shared>, request: Request) -> Response {
+    if let Err(refusal) = shared.door.admits(request.headers()) {
+        return refused(refusal);
+    }
+    let (mut parts, _) = request.into_parts();
+    let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
+        Ok(upgrade) => upgrade,
+        Err(refusal) => return refusal.into_response(),
+    };
+    if shared.clients.fetch_add(1, Ordering::Relaxed) >= CLIENTS_MAX {
+        shared.clients.fetch_sub(1, Ordering::Relaxed);
+        let why = format!("{CLIENTS_MAX} pages are open already\n");
+        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    }
+    let leaving = Leaving(Arc::clone(&shared.clients));
+    upgrade.max_message_size(MESSAGE_BYTES_MAX).max_frame_size(MESSAGE_BYTES_MAX).on_upgrade(async move |socket| {
+        let _leaving = leaving;
+        session::talk(socket, shared.source).await;
+    })
+}
+
+/// Counts a client no more, however it ends.
+struct Leaving(Arc<AtomicUsize>);
+
+impl Drop for Leaving {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+fn refused(refusal: Refusal) -> Response {
+    (StatusCode::FORBIDDEN, refusal.text()).into_response()
+}
