@@ -1,6 +1,7 @@
 //! Runs by the in-process engine: one for `run`, many for `batch`, `shrink` and `fuzz`.
 
 use std::{
+    ops::Range,
     panic::{self, AssertUnwindSafe},
     sync::OnceLock,
 };
@@ -96,9 +97,14 @@ pub(crate) fn can_play(scenario: &Scenario) -> bool {
 
 /// A controller for every robot of `scenario`, which has been [prepared](prepare).
 pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
-    let robots = 0..scenario.robot_count();
+    squad_of(scenario, 0..scenario.robot_count())
+}
+
+/// A controller for each of these robots alone.
+pub(crate) fn squad_of(scenario: &Scenario, robots: Range<u32>) -> Result<Box<dyn Squad>, SquadError> {
+    let everyone = 0..scenario.robot_count();
     if let Some(setups) =
-        robots.clone().map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>()
+        everyone.map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>()
     {
         let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
         return Ok(Box::new(InProcess::new(scenario, robots, new)));

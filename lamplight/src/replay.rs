@@ -1,5 +1,7 @@
 //! `lamplight replay`: what a recording holds, and whether it is what happens.
 
+mod robot;
+
 use std::{
     fs::File,
     io::BufReader,
@@ -35,6 +37,11 @@ pub(crate) struct ReplayArgs {
     /// compare each tick of it
     #[arg(long, conflicts_with = "view")]
     verify: bool,
+
+    /// With --verify: give one robot's controller the percepts that it got, and nothing else, and compare its answers to the
+    /// bit; the recording must be of --record=full
+    #[arg(long, value_name = "N", requires = "verify")]
+    robot: Option<u32>,
 
     #[command(flatten)]
     view: ViewOptions,
@@ -193,16 +200,25 @@ fn contents(path: &Path) -> anyhow::Result<String> {
 
 fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::Usage)?;
-    if recording.run.mode != "lockstep" {
+    if args.robot.is_none() && recording.run.mode != "lockstep" {
         return Err(Failure::Usage(anyhow!(
-            "{} was recorded in real time, which depends on its machine; only runs in lock-step can be verified",
+            "{} was recorded in real time, which depends on its machine; only runs in lock-step can be verified, and \
+             single robots of others (--robot N)",
             args.file.display()
         )));
     }
     let mut scenario = recording.scenario_with_acts()?;
     let stop = StopFlag::default();
     raise_on_stop(&stop).context("cannot listen for signals").map_err(Failure::Run)?;
-    let (compared, verdict) = if in_process::can_play(&scenario) {
+    if let Some(robot) = args.robot.filter(|robot| *robot >= scenario.robot_count()) {
+        let robots = scenario.robot_count();
+        return Err(Failure::Usage(anyhow!("--robot {robot}: the scenario has robots 0 to {}", robots - 1)));
+    }
+    let (compared, verdict) = if let Some(robot) = args.robot {
+        let instead = "a robot is verified in this process, which plays laws and classes in Python";
+        in_process::prepare(&mut scenario, instead).map_err(Failure::usage)?;
+        robot::verify(recording, &scenario, robot, args.quiet, &stop)
+    } else if in_process::can_play(&scenario) {
         in_process::prepare(&mut scenario, in_process::INSTEAD).map_err(Failure::usage)?;
         in_this_process(recording, &scenario, args.quiet, &stop)
     } else {
@@ -210,16 +226,20 @@ fn verify(args: &ReplayArgs) -> Result<Status, Failure> {
         limits::prepare(scenario.robot_count(), scenario.plane(Mode::Lockstep)).map_err(Failure::Usage)?;
         as_processes(recording, &scenario, &stop)
     };
+    let compared = match args.robot {
+        Some(robot) => format!("{compared} answers of robot {robot}"),
+        None => format!("{compared} ticks"),
+    };
     if let Some(signal) = stop.signal() {
-        say(&format!("{compared} ticks are as recorded; interrupted\n"))?;
+        say(&format!("{compared} are as recorded; interrupted\n"))?;
         return Ok(Status(exit_status(signal)));
     }
     match verdict.map_err(Failure::Run)? {
         Verdict::Same(what) => {
-            say(&format!("{compared} ticks are as recorded; {what}\n")).map(|()| Status::SUCCESS)
+            say(&format!("{compared} are as recorded; {what}\n")).map(|()| Status::SUCCESS)
         }
         Verdict::Different(what) => {
-            say(&format!("{compared} ticks are as recorded; {what}\n"))?;
+            say(&format!("{compared} are as recorded; {what}\n"))?;
             Ok(Status::FAILURE)
         }
     }

@@ -24,6 +24,7 @@ use crate::{
     field::Field,
     frame::Pose,
     light::LightSensors,
+    losses::{Cause, Loss},
     measurement::Measurement,
     metrics::{Attendance, Disturbance, Metrics, Observer},
     neighbor_tables::NeighborTables,
@@ -173,6 +174,9 @@ impl Arena {
     pub fn tick_by(&mut self, executor: &impl Executor, answers: &[Option<Answer>]) -> Option<&[Percept]> {
         assert_eq!(answers.len(), self.percepts.len(), "one entry per robot");
         let tick = self.next_tick();
+        if self.percepts().is_some() {
+            self.channel.losses_mut().clear();
+        }
         self.forget_payloads();
         self.take_in(tick, answers);
         self.move_bodies(tick);
@@ -232,6 +236,16 @@ impl Arena {
     /// Counts of all packets so far, by fate.
     pub fn packets(&self) -> Packets {
         self.packets
+    }
+
+    /// From here on packets that are not heard are noted one by one, or not.
+    pub fn note_losses(&mut self, is_wanted: bool) {
+        self.channel.losses_mut().note(is_wanted);
+    }
+
+    /// Packets that were not heard since the neighbor cycle before, if they are noted.
+    pub fn losses(&self) -> &[Loss] {
+        self.channel.losses().noted()
     }
 
     /// How often bodies stayed where they were because their contacts had no solution that could be found.
@@ -393,6 +407,9 @@ impl Arena {
         let Passage { arrivals, lost } = self.plan.passage(tick, reception, receiver_at, &mut self.payloads);
         self.packets.duplicated += arrivals.len() as u64 + lost - 1;
         self.packets.lost_fault += lost;
+        if lost > 0 {
+            self.channel.losses_mut().add(reception.sender, reception.receiver, Cause::Fault);
+        }
         for (packet, late) in arrivals {
             let heard = Heard { delivery: Delivery { packet, ..*measured }, sent_s };
             if late == 0 {

@@ -24,6 +24,7 @@ pub use timed::Crowding;
 use crate::{
     executor::Executor,
     index_lists::IndexLists,
+    losses::{Cause, Losses},
     packets::Packets,
     random::{Draws, Purpose},
 };
@@ -41,6 +42,7 @@ pub struct Channel {
     medium: Medium,
     loss: f64,
     seed: u64,
+    losses: Losses,
 }
 
 #[derive(Clone, Debug)]
@@ -60,7 +62,7 @@ impl Channel {
             Some(air) => Medium::Timed(Box::new(TimedChannel::new(air, scenario, &reach))),
         };
         let (loss, seed) = (scenario.channel.loss.get(), scenario.seed.get());
-        Self { reach, examined: 0, medium, loss, seed }
+        Self { reach, examined: 0, medium, loss, seed, losses: Losses::default() }
     }
 
     /// Plays the channel up to `moment`. `transmit` is asked once per packet, when it goes out, and
@@ -82,16 +84,33 @@ impl Channel {
                 }
                 instant.play(executor, &self.reach, moment, packets, transmit, received)
             }
-            Medium::Timed(air) => air.play(&mut self.reach, moment, packets, transmit, received),
+            Medium::Timed(air) => {
+                air.play(&mut self.reach, moment, packets, &mut self.losses, transmit, received)
+            }
         };
         if self.loss > 0.0 {
             let before = received.len();
             received.retain(|reception| {
                 let Reception { sender, receiver, number, .. } = *reception;
-                !Draws::of(self.seed, Purpose::ChannelLoss, number, sender, receiver).chance(self.loss)
+                let draws = || Draws::of(self.seed, Purpose::ChannelLoss, number, sender, receiver);
+                let is_lost = draws().chance(self.loss);
+                if is_lost {
+                    self.losses.add(sender, receiver, Cause::Chance);
+                }
+                !is_lost
             });
             packets.lost_loss += (before - received.len()) as u64;
         }
+    }
+
+    /// Packets that were not heard since the last neighbor cycle.
+    pub fn losses(&self) -> &Losses {
+        &self.losses
+    }
+
+    /// The same, to be changed.
+    pub fn losses_mut(&mut self) -> &mut Losses {
+        &mut self.losses
     }
 
     /// Packets that are in the air, or have been until now.

@@ -18,6 +18,7 @@ pub mod frame;
 mod grid;
 pub mod index_lists;
 pub mod light;
+pub mod losses;
 pub mod measurement;
 pub mod metrics;
 pub mod neighbor_tables;

@@ -6,6 +6,7 @@ use arena::{
     Arena,
     fault::ledger::Line,
     frame::Pose,
+    losses::Loss,
     metrics::{Attendance, Disturbance, EstimatedErrors, Metrics},
     packets::Packets,
 };
@@ -58,6 +59,11 @@ pub trait Observer {
     /// squad was made.
     fn cycles(&mut self, cycles: &[CycleTimes]) {
         let _ = cycles;
+    }
+
+    /// Whether it wants to see which packets are lost ([`TickView::losses`]). Asked before each tick.
+    fn wants_losses(&self) -> bool {
+        false
     }
 
     /// Somebody has acted upon the run, before the tick at which it takes effect.
@@ -241,6 +247,11 @@ impl TickView<'_> {
         self.arena.packets()
     }
 
+    /// Returns the packets that were not heard since the neighbor cycle before; none unless an observer wants them.
+    pub fn losses(&self) -> &[Loss] {
+        self.arena.losses()
+    }
+
     /// Returns a number for each robot that says what the digest takes in of it in this tick.
     pub fn hashes(&self) -> Vec<u64> {
         self.arena.hashes()
@@ -294,6 +305,11 @@ impl<'a, 'o> Observers<'a, 'o> {
                 false
             }
         });
+    }
+
+    /// Whether one of them wants to see which packets are lost.
+    pub(crate) fn want_losses(&self) -> bool {
+        self.active.iter().any(|observer| observer.wants_losses())
     }
 
     pub(crate) fn each(&mut self, mut tell: impl FnMut(&mut dyn Observer)) {

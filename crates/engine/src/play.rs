@@ -285,6 +285,7 @@ impl Run<'_, '_> {
         let began = Instant::now();
         let Self { arena, squad, answers, observers, .. } = self;
         let tick = arena.next_tick();
+        arena.note_losses(observers.want_losses());
         self.stamps = squad.now_ns().map(|began_ns| TickStamps { began_ns, ..TickStamps::default() });
         let mut stamp = |squad: &dyn Squad, note: fn(&mut TickStamps) -> &mut Option<u64>| {
             if let Some(stamps) = &mut self.stamps {

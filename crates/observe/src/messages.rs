@@ -9,7 +9,12 @@
 mod pose;
 mod scene;
 
-use arena::{fault::ledger::Line, frame::Pose, metrics::Metrics};
+use arena::{
+    fault::ledger::Line,
+    frame::Pose,
+    losses::{Cause, Loss},
+    metrics::Metrics,
+};
 use engine::{Acted, Incident, RunInfo, TickView};
 use protocol::{command::Answer, percept::Tick};
 use recording::{
@@ -65,6 +70,7 @@ pub(crate) struct Moment {
     velocities: Vec<f32>,
     percepts: Option<lamplight::Percepts>,
     answers: Option<lamplight::Answers>,
+    losses: Option<lamplight::Losses>,
     notes: Vec<lamplight::RobotNotes>,
     hashes: Vec<u64>,
     metrics: Option<Metrics>,
@@ -112,6 +118,11 @@ impl NoteTaker {
         Note::Begin(Box::new((run, scene)))
     }
 
+    /// Whether lost packets are told one by one.
+    pub(crate) fn wants_losses(&self) -> bool {
+        self.extent != Extent::Plain
+    }
+
     /// Notes which faults have struck for the first time.
     pub(crate) fn struck(&mut self, view: &TickView<'_>, mut tell: impl FnMut(Note)) {
         let (tick, time_ns) = (view.tick(), self.time_ns(view.tick()));
@@ -151,6 +162,7 @@ impl NoteTaker {
             },
             answers: percepts.map(|_| lamplight::Answers::of(tick, view.answers())),
             percepts: percepts.map(|percepts| lamplight::Percepts::of(tick, percepts)),
+            losses: percepts.filter(|_| !view.losses().is_empty()).map(|_| lost(tick, view.losses())),
             notes: percepts.map_or(Vec::new(), |_| noted(view)),
             hashes: if is_live { Vec::new() } else { view.hashes() },
             metrics: view.is_due(self.metrics_every_ticks).then(|| *view.metrics()),
@@ -258,6 +270,9 @@ impl Messages {
         if let Some(answers) = &moment.answers {
             sink.take(Topic::Answers, time_ns, answers)?;
         }
+        if let Some(losses) = &moment.losses {
+            sink.take(Topic::Losses, time_ns, losses)?;
+        }
         if !moment.notes.is_empty() {
             let robots = moment.notes.clone();
             sink.take(Topic::Notes, time_ns, &lamplight::Notes { tick, robots })?;
@@ -270,6 +285,21 @@ impl Messages {
             sink.take(Topic::Ticks, time_ns, &lamplight::Tick { tick, hashes })?;
         }
         Ok(())
+    }
+}
+
+fn lost(tick: Tick, losses: &[Loss]) -> lamplight::Losses {
+    let cause = |loss: &Loss| match loss.cause {
+        Cause::Collision => 1,
+        Cause::Chance => 2,
+        Cause::Fault => 3,
+        Cause::HalfDuplex => 4,
+    };
+    lamplight::Losses {
+        tick,
+        senders: losses.iter().map(|loss| loss.sender).collect(),
+        receivers: losses.iter().map(|loss| loss.receiver).collect(),
+        causes: losses.iter().map(cause).collect(),
     }
 }
 

@@ -130,6 +130,10 @@ impl Observer for Recorder {
         self.tell(self.taker.ticked(view))
     }
 
+    fn wants_losses(&self) -> bool {
+        self.taker.wants_losses()
+    }
+
     fn incident(&mut self, incident: &Incident) {
         self.mention(self.taker.incident(incident));
     }

@@ -19,6 +19,8 @@ pub enum Topic {
     Percepts,
     /// Their answers, to the bit.
     Answers,
+    /// Packets that were not heard.
+    Losses,
     /// Notes of controllers.
     Notes,
     /// The swarm in numbers.
@@ -37,7 +39,7 @@ pub enum Topic {
 
 impl Topic {
     /// All topics.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Run,
         Self::Frame,
         Self::Robots,
@@ -46,6 +48,7 @@ impl Topic {
         Self::Commands,
         Self::Percepts,
         Self::Answers,
+        Self::Losses,
         Self::Notes,
         Self::Metrics,
         Self::Faults,
@@ -66,6 +69,7 @@ impl Topic {
             Self::Commands => "/commands",
             Self::Percepts => "/percepts",
             Self::Answers => "/answers",
+            Self::Losses => "/losses",
             Self::Notes => "/notes",
             Self::Metrics => "/metrics",
             Self::Faults => "/faults",
@@ -87,6 +91,7 @@ impl Topic {
             Self::Commands => "lamplight.Commands",
             Self::Percepts => "lamplight.Percepts",
             Self::Answers => "lamplight.Answers",
+            Self::Losses => "lamplight.Losses",
             Self::Notes => "lamplight.Notes",
             Self::Metrics => "lamplight.Metrics",
             Self::Faults => "lamplight.Fault",

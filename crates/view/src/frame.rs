@@ -71,7 +71,10 @@ pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
     }
     let robots = swarm.poses.len();
     let has_edges = shown.edges && !swarm.percepts.is_empty();
-    let edges: Vec<(u32, u32)> = if has_edges { heard(swarm).collect() } else { Vec::new() };
+    let edges: Vec<(u32, u32, u8)> = match has_edges {
+        true => heard(swarm).chain(swarm.losses.iter().copied()).collect(),
+        false => Vec::new(),
+    };
     let mut bytes = Bytes(Vec::with_capacity(64 + robots * 160 + edges.len() * 9));
     bytes.u32(VERSION);
     let section = |flag, is_there| if is_there { flag } else { 0 };
@@ -92,7 +95,7 @@ pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
     if has_edges {
         edges.iter().for_each(|edge| bytes.u32(edge.0));
         edges.iter().for_each(|edge| bytes.u32(edge.1));
-        bytes.u8s(edges.iter().map(|_| DELIVERED));
+        bytes.u8s(edges.iter().map(|edge| edge.2));
     }
     if shown.global {
         let pictures = swarm.pictures();
@@ -126,9 +129,9 @@ fn count(cell: &[Place]) -> u8 {
 }
 
 /// From whom each robot has heard a packet in its last percept.
-fn heard(swarm: &Swarm) -> impl Iterator<Item = (u32, u32)> {
+fn heard(swarm: &Swarm) -> impl Iterator<Item = (u32, u32, u8)> {
     (0..).zip(&swarm.percepts).flat_map(|(receiver, percept)| {
-        percept.deliveries.iter().map(move |delivery| (delivery.packet.sender().index, receiver))
+        percept.deliveries.iter().map(move |delivery| (delivery.packet.sender().index, receiver, DELIVERED))
     })
 }
 

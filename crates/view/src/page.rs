@@ -19,8 +19,40 @@ macro_rules! files {
 const HTML: &str = "text/html; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
+const IMAGE: &str = "image/svg+xml";
 
 files! {
     "/": HTML = "index.html",
+    "/js/acts.js": SCRIPT = "js/acts.js",
+    "/js/agents.js": SCRIPT = "js/agents.js",
+    "/js/camera.js": SCRIPT = "js/camera.js",
+    "/js/disturb.js": SCRIPT = "js/disturb.js",
+    "/js/dom.js": SCRIPT = "js/dom.js",
+    "/js/format.js": SCRIPT = "js/format.js",
+    "/js/frame.js": SCRIPT = "js/frame.js",
+    "/js/glyphs.js": SCRIPT = "js/glyphs.js",
+    "/js/heatmap.js": SCRIPT = "js/heatmap.js",
+    "/js/histogram.js": SCRIPT = "js/histogram.js",
+    "/js/inspector.js": SCRIPT = "js/inspector.js",
+    "/js/keys.js": SCRIPT = "js/keys.js",
+    "/js/ledger.js": SCRIPT = "js/ledger.js",
+    "/js/legend.js": SCRIPT = "js/legend.js",
+    "/js/main.js": SCRIPT = "js/main.js",
+    "/js/notices.js": SCRIPT = "js/notices.js",
+    "/js/overlays.js": SCRIPT = "js/overlays.js",
+    "/js/packets.js": SCRIPT = "js/packets.js",
+    "/js/plots.js": SCRIPT = "js/plots.js",
+    "/js/pointer.js": SCRIPT = "js/pointer.js",
+    "/js/scene.js": SCRIPT = "js/scene.js",
+    "/js/state.js": SCRIPT = "js/state.js",
+    "/js/stream.js": SCRIPT = "js/stream.js",
+    "/js/tabs.js": SCRIPT = "js/tabs.js",
+    "/js/theme.js": SCRIPT = "js/theme.js",
+    "/js/timeline.js": SCRIPT = "js/timeline.js",
+    "/js/topbar.js": SCRIPT = "js/topbar.js",
+    "/js/trails.js": SCRIPT = "js/trails.js",
     "/style.css": STYLE = "style.css",
+    "/vendor/icon.svg": IMAGE = "vendor/icon.svg",
+    "/vendor/uPlot.iife.min.js": SCRIPT = "vendor/uPlot.iife.min.js",
+    "/vendor/uPlot.min.css": STYLE = "vendor/uPlot.min.css",
 }

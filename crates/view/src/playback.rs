@@ -125,11 +125,12 @@ impl Playback {
                 if to_s < self.hub.swarm().time_s {
                     return Turn::Rewinds;
                 }
-                if time_s < to_s {
-                    return Turn::Passes;
+                if time_s >= to_s {
+                    // It is shown, held or not, and time goes on from there.
+                    control.seek_s = None;
+                    pace.2 = u64::MAX;
                 }
-                control.seek_s = None;
-                pace.2 = u64::MAX;
+                return Turn::Passes;
             }
             if control.version != pace.2 {
                 *pace = (Instant::now(), time_s, control.version);

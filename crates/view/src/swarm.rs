@@ -56,6 +56,8 @@ pub(crate) struct Swarm {
     /// Last percepts; empty if none are known.
     pub(crate) percepts: Vec<Percept>,
     pub(crate) answers: Vec<Option<Answer>>,
+    /// Sender, receiver and cause of packets that were not heard, in the neighbor cycle before.
+    pub(crate) losses: Vec<(u32, u32, u8)>,
     pub(crate) notes: BTreeMap<u32, Vec<(String, f64)>>,
     /// Robots that give no commands, where only that is known.
     is_silent: Vec<bool>,
@@ -107,6 +109,7 @@ impl Swarm {
             poses: Vec::new(),
             percepts: Vec::new(),
             answers: Vec::new(),
+            losses: Vec::new(),
             notes: BTreeMap::new(),
             is_silent: vec![false; robots as usize],
             minds: (0..robots).map(mind).collect(),
@@ -145,6 +148,8 @@ impl Swarm {
             }
             Topic::Percepts => {
                 let told: lamplight::Percepts = entry.message()?;
+                // Told next, if there are some.
+                self.losses.clear();
                 if told.read(&mut self.percepts).is_ok() {
                     self.hear();
                 }
@@ -155,6 +160,11 @@ impl Swarm {
                     self.answers = answers;
                     self.meet_new_lives();
                 }
+            }
+            Topic::Losses => {
+                let told: lamplight::Losses = entry.message()?;
+                let links = told.senders.into_iter().zip(told.receivers);
+                self.losses = links.zip(told.causes).map(|((from, to), cause)| (from, to, cause)).collect();
             }
             Topic::Notes => {
                 let told: lamplight::Notes = entry.message()?;

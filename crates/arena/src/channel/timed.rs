@@ -13,7 +13,11 @@ use super::{
     access::{Rhythm, Schedule},
     reach::{Reach, Reached},
 };
-use crate::{index_lists::IndexLists, packets::Packets};
+use crate::{
+    index_lists::IndexLists,
+    losses::{Cause, Losses},
+    packets::Packets,
+};
 use scenario::{Air, Capture, Scenario};
 
 /// Packets that overlap by less than this touch: rounding, not air. Seconds.
@@ -185,6 +189,7 @@ impl TimedChannel {
         reach: &mut Reach,
         moment: &Moment<'_>,
         packets: &mut Packets,
+        losses: &mut Losses,
         transmit: &mut dyn FnMut(u32, Packet) -> Packet,
         received: &mut Vec<Reception>,
     ) -> u64 {
@@ -192,7 +197,7 @@ impl TimedChannel {
         let known = self.packets.len();
         let listeners = self.send_up(reach, moment, transmit);
         let examined = self.packets[known..].iter().map(|packet| u64::from(packet.reached.examined)).sum();
-        self.bring_down(moment, listeners, packets, received);
+        self.bring_down(moment, listeners, packets, losses, received);
         self.forget();
         examined
     }
@@ -246,6 +251,7 @@ impl TimedChannel {
         moment: &Moment<'_>,
         listeners: u64,
         tally: &mut Packets,
+        losses: &mut Losses,
         received: &mut Vec<Reception>,
     ) {
         let ended_by = self.played_s - self.airtime_s + TOUCH_S;
@@ -280,8 +286,14 @@ impl TimedChannel {
                         let receiver = receiver as u32;
                         received.push(Reception { sender, receiver, number, sent_s, packet });
                     }
-                    Fate::Collided => tally.collided += 1,
-                    Fate::Deaf => tally.half_duplex += 1,
+                    Fate::Collided => {
+                        tally.collided += 1;
+                        losses.add(self.packets[at].sender, receiver as u32, Cause::Collision);
+                    }
+                    Fate::Deaf => {
+                        tally.half_duplex += 1;
+                        losses.add(self.packets[at].sender, receiver as u32, Cause::HalfDuplex);
+                    }
                 }
             }
         }

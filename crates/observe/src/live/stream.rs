@@ -229,6 +229,10 @@ impl Observer for Broadcaster {
         Ok(())
     }
 
+    fn wants_losses(&self) -> bool {
+        self.clients.count.load(Ordering::Relaxed) > 0
+    }
+
     fn incident(&mut self, incident: &Incident) {
         self.clients.tell(self.taker.incident(incident));
     }
