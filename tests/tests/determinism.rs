@@ -104,6 +104,37 @@ fn robots_turn_what_they_heard_along_alike_in_both_engines() {
     }
 }
 
+/// Lamps that are moved, dimmed and turned off, as ideal sensors, diodes and those who are shown the field see them.
+#[test]
+fn a_field_that_changes_is_sensed_alike_in_both_engines() {
+    let faults = r#"fault=[{ kind = "field", at_s = 2, lamp = 0, position_m = [0.2, 0.3], half_distance_m = 0.4 },
+        { kind = "field", at_s = 4, lamp = 1, peak = 20 }, { kind = "field", at_s = 5, offset = 3 },
+        { kind = "kill", at_s = 5, share = 0.2, pick = "nearest-lamps", restart_at_s = 7 }]"#;
+    let ways: [&[&str]; 3] = [
+        &["--set", "channel.profile=isis"],
+        &["--set", "light.sensor=ring"],
+        &["--set", "controller.law=exact", "--set", "arena.boundary_sensing=true"],
+    ];
+    for way in ways {
+        let options = [&["--duration", "10"][..], way].concat();
+        let plain = Run::of("swarmbots", &[&options[..], &IN_PROCESS].concat());
+        let options = [&options[..], &["--set", faults]].concat();
+        let in_process = Run::of("swarmbots", &[&options[..], &IN_PROCESS].concat());
+        let processes = Run::of("swarmbots", &[&options[..], &PATIENT].concat());
+        assert_eq!(processes.digest(), in_process.digest(), "{way:?}");
+        assert_ne!(plain.digest(), in_process.digest(), "{way:?}");
+        assert_eq!(processes.summary["faults"], in_process.summary["faults"], "{way:?}");
+        for key in ["cost_h", "mean_true_error_m", "mean_lamp_distance_m"] {
+            assert_eq!(processes.number(key), in_process.number(key), "{way:?}: {key}");
+        }
+        let told = in_process.summary["faults"].as_array().unwrap();
+        for change in &told[..3] {
+            assert_eq!(change["effects"], serde_json::json!({ "field changes": 1 }), "{way:?}");
+            assert_eq!(change["robots"], 0, "{way:?}");
+        }
+    }
+}
+
 #[test]
 fn a_busy_machine_changes_nothing() {
     let done = AtomicBool::new(false);

@@ -104,6 +104,28 @@ fn a_recording_is_what_happened_whichever_engine_recorded_it() {
 }
 
 #[test]
+fn lamps_are_shown_where_they_are_by_then() {
+    let folder = tempfile::tempdir().unwrap();
+    let faults = "fault=[{ kind = \"field\", at_s = 1, lamp = 0, position_m = [0.5, 0.25] }, { kind = \"field\", at_s = \
+                  1.5, offset = 3 }]";
+    let args = ["--duration", "2", "--engine", "in-process", "--set", faults];
+    let (_, file) = recorded(&folder, &scenario("swarmbots"), &args);
+    let verified = replay(&file, &["--verify"]);
+    assert!(verified.status.success(), "{}", said(&verified));
+    let mut entries = Reader::new(File::open(&file).unwrap());
+    let mut shown = Vec::new();
+    while let Some(entry) = entries.next_entry().unwrap() {
+        if entry.topic == Topic::Scene {
+            let scene = entry.message::<SceneUpdate>().unwrap();
+            let lamps = scene.entities.iter().find(|entity| entity.id == "lamps");
+            let at = lamps.map(|lamps| lamps.spheres[0].pose.as_ref().unwrap().position.unwrap());
+            shown.extend(at.map(|at| (entry.time_ns, (at.x, at.y) == (0.5, 0.25))));
+        }
+    }
+    assert_eq!(shown, [(0, false), (1_000_000_000, true)], "at first, and when they have changed");
+}
+
+#[test]
 fn another_run_is_told_apart_with_tick_and_robot() {
     let folder = tempfile::tempdir().unwrap();
     let (_, file) = recorded(&folder, &scenario("swarmbots"), &["--duration", "2", "--engine", "in-process"]);

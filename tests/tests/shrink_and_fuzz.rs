@@ -204,6 +204,16 @@ fn random_plans_do_the_same_to_processes() {
 }
 
 #[test]
+fn random_changes_of_the_field_do_the_same_to_processes() {
+    let folder = folder();
+    let kinds = "fuzz.kinds=[\"field\", \"kill\", \"sensor\"]";
+    let args = ["--runs", "4", "--robots", "12", "--duration", "4", "--quiet", "--set", kinds];
+    let output = fuzz(&folder, &args);
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(stdout(&output), "4 runs, 0 failed\n");
+}
+
+#[test]
 fn a_failed_run_says_how_to_repeat_it() {
     let folder = folder();
     let args = ["--robots", "250", "--engine", "in-process", "--set", "fuzz.kinds=[\"loss\"]", "--quiet"];

@@ -36,7 +36,7 @@ use crate::{
     voronoi::walls_around,
     world::World,
 };
-use scenario::{Controller, ProcessFault, Scenario};
+use scenario::{Controller, FieldSpec, ProcessFault, Scenario};
 
 /// Filler for measurements to come.
 const NOTHING_HEARD: Delivery = Delivery {
@@ -145,11 +145,16 @@ impl Arena {
         })
     }
 
-    /// Returns the process faults of the next tick; to be called once before each.
+    /// Begins and ends faults of the next tick, and returns those of processes; to be called once before each.
     /// Robots that are `left_out` for good, which nobody planned, can no longer be struck.
     pub fn process_faults(&mut self, left_out: &[u32]) -> Vec<ProcessFault> {
         let tick = self.next_tick();
-        self.plan.process_faults(tick, self.world.poses(), left_out)
+        self.plan.process_faults(tick, self.world.poses(), &mut self.field, left_out)
+    }
+
+    /// The field as it is by now: that of the scenario, and what has changed of it since.
+    pub fn field_spec(&self) -> &FieldSpec {
+        self.field.spec()
     }
 
     /// Goes on with the plan of `scenario`, which is this arena's with some more faults, or some that end earlier: what is
@@ -484,7 +489,7 @@ impl Arena {
     fn sense(&mut self, robot: usize, tick: Tick) {
         let pose = self.world.poses()[robot];
         let seen = self.field.seen_from(&pose);
-        let mut light = self.sensors.read(&seen, robot as u32, &pose, tick);
+        let mut light = self.sensors.read(&self.field, &seen, robot as u32, &pose, tick);
         if self.said[robot].is_some() {
             self.plan.sensed(tick, robot as u32, &mut light);
         }

@@ -21,12 +21,13 @@ use protocol::{
 
 use crate::{
     channel::Reception,
+    field::Field,
     frame::{ArenaPoint, Pose},
     payloads::Payloads,
 };
 use scenario::{
     ProcessFault, Scenario,
-    fault::{self, Kind},
+    fault::{self, Kind, Timing},
 };
 
 use fate::{AgentState, Fate};
@@ -52,7 +53,6 @@ pub struct Passage {
 pub struct FaultPlan {
     faults: Vec<Fault>,
     fates: Vec<Fate>,
-    lamps: Vec<ArenaPoint>,
 }
 
 #[derive(Debug)]
@@ -61,6 +61,7 @@ struct Fault {
     target: Target,
     spec: fault::Target,
     window: Range<Tick>,
+    is_for_good: bool,
     state: State,
     rng: FaultRng,
     entry: Entry,
@@ -77,6 +78,7 @@ impl Fault {
             spec: spec.target.clone(),
             entry: Entry::new(spec.kind.kind(), window.clone()),
             window,
+            is_for_good: spec.nature().timing == Timing::ForGood,
             state: State::ToCome,
             rng: FaultRng { seed: scenario.seed.get(), fault: index as u32, copy: 0 },
         }
@@ -98,11 +100,9 @@ enum State {
 impl FaultPlan {
     /// The plan of a scenario, before anything has happened.
     pub fn new(scenario: &Scenario) -> Self {
-        let lamps = scenario.lamps().iter().map(|lamp| lamp.position_m.get().into()).collect();
         Self {
             faults: (0..scenario.fault.len()).map(|index| Fault::of(scenario, index)).collect(),
             fates: vec![Fate::default(); scenario.robot_count() as usize],
-            lamps,
         }
     }
 
@@ -118,15 +118,20 @@ impl FaultPlan {
     }
 
     /// Begins and ends what begins and ends with tick `tick`; what happens to agents just before
-    /// it, in the order in which it happens.
+    /// it, in the order in which it happens. What happens to `field` has happened by then.
     ///
     /// Robots that are `left_out` count as dead from here on.
-    pub fn process_faults(&mut self, tick: Tick, poses: &[Pose], left_out: &[u32]) -> Vec<ProcessFault> {
+    pub fn process_faults(
+        &mut self,
+        tick: Tick,
+        poses: &[Pose],
+        field: &mut Field,
+        left_out: &[u32],
+    ) -> Vec<ProcessFault> {
         for &robot in left_out {
             self.fates[robot as usize].state = AgentState::Down;
         }
         let mut process_faults = Vec::new();
-        let scene = Scene { poses, lamps: &self.lamps };
         // What ends makes room for what begins, in whichever order they are planned.
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::Active) {
             if tick >= fault.window.end {
@@ -136,10 +141,15 @@ impl FaultPlan {
         }
         for fault in self.faults.iter_mut().filter(|fault| fault.state == State::ToCome) {
             if fault.window.contains(&tick) {
-                fault.state = State::Active;
+                // What is changed for good has nothing to do any more.
+                fault.state = if fault.is_for_good { State::Over } else { State::Active };
+                let scene = Scene { poses, field };
                 fault.target = Target::made(&fault.spec, &scene, fault.rng);
                 fault.rule.look(&scene);
                 fault.rule.begin(tick, &fault.target, &mut self.fates, &mut process_faults, &mut fault.entry);
+                if fault.rule.change_field(field) {
+                    fault.entry.happened(tick, "field changes");
+                }
             }
         }
         process_faults
@@ -286,4 +296,5 @@ rules! {
     sensor::Sensor,
     motion::Motion,
     liar::Liar,
+    field::Field,
 }

@@ -10,7 +10,7 @@ use protocol::{
 };
 
 use crate::frame::{ArenaPoint, Pose};
-use scenario::{FieldSpec, Scenario};
+use scenario::{FieldSpec, Scenario, fault};
 
 /// Terms of φ as some body sees them.
 pub type SeenField = ArrayVec<FieldComponent, COMPONENTS_MAX>;
@@ -22,9 +22,24 @@ pub struct Field {
 }
 
 impl Field {
-    /// The field of a scenario.
+    /// The field of a scenario, at the start.
     pub fn new(scenario: &Scenario) -> Self {
-        Self { spec: scenario.field.clone() }
+        Self::of(scenario.field.clone())
+    }
+
+    /// The field with these terms.
+    pub fn of(spec: FieldSpec) -> Self {
+        Self { spec }
+    }
+
+    /// Its terms, as they are by now.
+    pub fn spec(&self) -> &FieldSpec {
+        &self.spec
+    }
+
+    /// Changes a term; whether it is another field now. Nothing else remembers the field, so that all see the change.
+    pub fn change(&mut self, change: &fault::Field) -> bool {
+        self.spec.change(change)
     }
 
     /// Every term of φ in the body frame of `pose`.

@@ -19,7 +19,7 @@ use crate::{
     frame::{ArenaPoint, Pose},
     random::{Draws, Purpose},
 };
-use scenario::{LampSpec, LightSpec, RingSpec, Scenario};
+use scenario::{FieldSpec, LampSpec, LightSpec, RingSpec, Scenario};
 
 /// The light sensors of all bodies.
 #[derive(Clone, Debug)]
@@ -31,9 +31,6 @@ pub struct LightSensors {
 
 #[derive(Clone, Debug)]
 struct Ring {
-    lamps: Vec<LampSpec>,
-    /// The constant Φ that robots add to what they read.
-    offset: f64,
     /// Direction of each diode, body frame.
     facing: Vec<Vector2<f64>>,
     height_m: f64,
@@ -49,43 +46,42 @@ impl LightSensors {
     pub fn new(scenario: &Scenario) -> Self {
         let ring = match &scenario.light {
             LightSpec::Ideal => None,
-            LightSpec::Ring(spec) => Some(Ring::new(spec, scenario)),
+            LightSpec::Ring(spec) => Some(Ring::new(spec, scenario.seed.get())),
         };
         let measures_gradient = |robot| scenario.controller_of(robot).senses_gradient();
         Self { ring, measure_gradient: (0..scenario.robot_count()).map(measures_gradient).collect() }
     }
 
-    /// Reads the sensors of robot `robot` at `pose`, where it sees the field as `seen`.
-    pub fn read(&self, seen: &SeenField, robot: u32, pose: &Pose, tick: Tick) -> Light {
+    /// Reads the sensors of robot `robot` at `pose`, where it sees `field` as `seen`.
+    pub fn read(&self, field: &Field, seen: &SeenField, robot: u32, pose: &Pose, tick: Tick) -> Light {
         match &self.ring {
             None => Field::light(seen, self.measure_gradient[robot as usize]),
-            Some(ring) => ring.read(robot, pose, tick),
+            Some(ring) => ring.read(field.spec(), robot, pose, tick),
         }
     }
 }
 
 impl Ring {
-    fn new(spec: &RingSpec, scenario: &Scenario) -> Self {
+    fn new(spec: &RingSpec, seed: u64) -> Self {
         let count = spec.diodes.get();
         let facing = |diode| {
             let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(diode) / f64::from(count));
             Vector2::new(cos, sin)
         };
         Self {
-            lamps: scenario.field.lamp.clone(),
-            offset: scenario.field.offset.get(),
             facing: (0..count).map(facing).collect(),
             height_m: spec.height_m.get(),
             gain_mismatch: spec.gain_mismatch.get(),
             noise_counts: spec.noise_counts.get(),
             adc_max_counts: spec.adc_max_counts.get(),
             adc_step_counts: spec.adc_step_counts.get(),
-            seed: scenario.seed.get(),
+            seed,
         }
     }
 
-    fn read(&self, robot: u32, pose: &Pose, tick: Tick) -> Light {
-        let lights: Vec<Vector2<f64>> = self.lamps.iter().map(|lamp| self.arriving(lamp, pose)).collect();
+    /// Reads the light of lamps; Φ is what robots add to it.
+    fn read(&self, field: &FieldSpec, robot: u32, pose: &Pose, tick: Tick) -> Light {
+        let lights: Vec<Vector2<f64>> = field.lamp.iter().map(|lamp| self.arriving(lamp, pose)).collect();
         let sum = self.facing.iter().zip(0..).fold(Vector2::zeros(), |sum, (facing, diode)| {
             let seen: f64 = lights.iter().map(|light| light.dot(facing).max(0.0)).sum();
             sum + facing * self.converted(seen, robot, diode, tick)
@@ -93,7 +89,7 @@ impl Ring {
         let strength = 4.0 / self.facing.len() as f64 * libm::hypot(sum.x, sum.y);
         let bearing = Radians::new(BodyVector(sum).bearing()).expect("readings are finite");
         let stimulus = if strength > 0.0 { Stimulus::Bearing(bearing) } else { Stimulus::None };
-        Light { value: self.offset + strength, stimulus }
+        Light { value: field.offset.get() + strength, stimulus }
     }
 
     /// The light of one lamp: towards it, in the body frame, as strong as a diode facing it reads.
@@ -125,8 +121,20 @@ mod tests {
     use super::*;
     use scenario::Override;
 
-    fn ring_of(scenario: &Scenario) -> Ring {
-        LightSensors::new(scenario).ring.unwrap()
+    /// A ring and the field that it is in.
+    struct Lit {
+        ring: Ring,
+        field: FieldSpec,
+    }
+
+    impl Lit {
+        fn read(&self, pose: &Pose) -> Light {
+            self.ring.read(&self.field, 0, pose, 0)
+        }
+    }
+
+    fn ring_of(scenario: &Scenario) -> Lit {
+        Lit { ring: LightSensors::new(scenario).ring.unwrap(), field: scenario.field.clone() }
     }
 
     fn scenario(sets: &[&str]) -> Scenario {
@@ -145,7 +153,7 @@ mod tests {
     }
 
     fn read(sets: &[&str], at: ArenaPoint, heading: f64) -> Light {
-        ring_of(&scenario(sets)).read(0, &Pose { position: at, heading }, 0)
+        ring_of(&scenario(sets)).read(&Pose { position: at, heading })
     }
 
     /// Largest error of the bearing to a lamp, in degrees, over all headings.
@@ -157,9 +165,7 @@ mod tests {
         (0..3600)
             .map(|tenth| {
                 let pose = Pose { position: at, heading: (f64::from(tenth) / 10.0).to_radians() };
-                let Stimulus::Bearing(bearing) = ring.read(0, &pose, 0).stimulus else {
-                    panic!("it is dark")
-                };
+                let Stimulus::Bearing(bearing) = ring.read(&pose).stimulus else { panic!("it is dark") };
                 protocol::units::wrapped(bearing.get() + pose.heading).abs().to_degrees()
             })
             .fold(0.0, f64::max)
@@ -181,7 +187,7 @@ mod tests {
         let at = ArenaPoint::new(2.0 + distance_m, 2.0);
         (0..100_000).try_fold((0.0_f64, [f64::INFINITY, 0.0]), |(worst_deg, [least, most]), part| {
             let heading = std::f64::consts::PI + std::f64::consts::TAU * f64::from(part) / 1e5;
-            let light = ring.read(0, &Pose { position: at, heading }, 0);
+            let light = ring.read(&Pose { position: at, heading });
             let Stimulus::Bearing(bearing) = light.stimulus else { return None };
             let off = protocol::units::wrapped(bearing.get() + heading - std::f64::consts::PI);
             Some((worst_deg.max(off.abs().to_degrees()), [least.min(light.value), most.max(light.value)]))
@@ -215,7 +221,7 @@ mod tests {
         assert!(worst(&[], 14.6).is_some() && worst(&[], 14.8).is_none());
         let facing = |distance_m: f64| {
             ring_of(&scenario(&["arena.size_m=[40, 4]", "light.adc_step_counts=1"]))
-                .read(0, &Pose { position: ArenaPoint::new(2.0 + distance_m, 2.0), heading: 0.0 }, 0)
+                .read(&Pose { position: ArenaPoint::new(2.0 + distance_m, 2.0), heading: 0.0 })
                 .stimulus
         };
         assert!(facing(15.2) != Stimulus::None && facing(15.3) == Stimulus::None);
@@ -234,11 +240,11 @@ mod tests {
     #[test]
     fn the_converter_saturates_and_rounds() {
         let bright = ["light.adc_max_counts=100", "light.adc_step_counts=10"];
-        let ring = ring_of(&scenario(&bright));
+        let ring = ring_of(&scenario(&bright)).ring;
         assert_eq!(ring.converted(1e6, 0, 0, 0), 100.0);
         assert_eq!(ring.converted(44.0, 0, 0, 0), 40.0);
         assert_eq!(ring.converted(-3.0, 0, 0, 0), 0.0);
-        let coarse = ring_of(&scenario(&["light.adc_max_counts=1023", "light.adc_step_counts=4"]));
+        let coarse = ring_of(&scenario(&["light.adc_max_counts=1023", "light.adc_step_counts=4"])).ring;
         assert_eq!(coarse.converted(1e6, 0, 0, 0), 1020.0, "no reading is above the largest");
     }
 

@@ -5,12 +5,12 @@ use coverage::refinement::WIDTH_SHARE_MIN;
 use nalgebra::Vector2;
 
 use crate::{field::Field, frame::Pose};
-use scenario::{ChannelModel, Fault, Medium, Scenario};
+use scenario::{ChannelModel, Fault, FieldSpec, Medium, Scenario, fault::Kind};
 
 /// One line for each time of `scenario` that was rounded, for errors of odometry that nobody goes by, for a field with
 /// nothing to cover, for each of its peaks that is too narrow to be integrated well, for each fault that may never
-/// fire, robots starting at `poses`, and for each that outlasts the memory of neighbors; with the place in the file
-/// where it was written, if it is known.
+/// fire, robots starting at `poses`, for each that outlasts the memory of neighbors, and for each that leaves such a
+/// field; with the place in the file where it was written, if it is known.
 pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
     let rounded = scenario.roundings.0.iter().map(ToString::to_string);
     let mut warnings: Vec<String> =
@@ -19,7 +19,9 @@ pub fn warnings(scenario: &Scenario, poses: &[Pose]) -> Vec<String> {
         let of_fault = late(fault, scenario)
             .into_iter()
             .chain(far_links(fault, scenario, poses))
-            .chain(overdue(fault, scenario));
+            .chain(overdue(fault, scenario))
+            .chain(darkened(fault, scenario))
+            .chain(narrowed(fault, scenario));
         warnings.extend(of_fault.map(|what| format!("{}: {what}", named(index, fault))));
     }
     warnings
@@ -48,22 +50,36 @@ fn idle(scenario: &Scenario) -> Option<String> {
 
 /// A field without anything to cover. The law `uniform` does not ask for it.
 fn dark(scenario: &Scenario) -> Option<String> {
-    let highest = Field::new(scenario).highest(scenario.arena.size_m.get());
-    (highest <= 0.0 && scenario.laws().any(|law| law.law.goes_by_light())).then(|| {
+    let highest = darkness(scenario, scenario.field.clone())?;
+    Some(format!(
+        "the field is nowhere positive (its highest value in the arena is {highest}), so no cell has mass: robots \
+         stand still, and nothing converges; raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"
+    ))
+}
+
+/// The highest value of a field if it is nowhere positive, and somebody goes by it.
+fn darkness(scenario: &Scenario, field: FieldSpec) -> Option<f64> {
+    let goes_by_light = scenario.laws().any(|law| law.law.goes_by_light());
+    let highest = Field::of(field).highest(scenario.arena.size_m.get());
+    (highest <= 0.0 && goes_by_light).then_some(highest)
+}
+
+/// A change of the field at whose tick it becomes one without anything to cover.
+fn darkened(fault: &Fault, scenario: &Scenario) -> Option<String> {
+    let Kind::Field(_) = fault.kind else { return None };
+    let tick = scenario.tick_at(fault.begins_s());
+    let before = tick.checked_sub(1).map_or(scenario.field.clone(), |before| scenario.field_at(before));
+    let highest = darkness(scenario, scenario.field_at(tick))?;
+    darkness(scenario, before).is_none().then(|| {
         format!(
-            "the field is nowhere positive (its highest value in the arena is {highest}), so no cell has mass: robots \
-             stand still, and nothing converges; raise field.offset, or add a [[field.lamp]] or a [[field.gaussian]]"
+            "the field is nowhere positive from then on (its highest value in the arena is {highest}), so no cell has \
+             mass, and robots stand still; raise field.offset"
         )
     })
 }
 
 /// Peaks too narrow for the largest cell that anybody may integrate over.
 fn narrow(scenario: &Scenario) -> Vec<String> {
-    let arena_m = Vector2::from(scenario.arena.size_m.get()).norm();
-    // Where walls are not sensed, the law `exact` has cells that end at the cap.
-    let needy = scenario.laws().filter(|law| law.law.needs_field() && !scenario.arena.boundary_sensing);
-    let across_caps_m = needy.filter_map(|law| law.cell_cap_m).map(|cap_m| 2.0 * cap_m.get());
-    let cell_m = across_caps_m.fold(arena_m, f64::max);
     let (gaussians, lamps) = (scenario.field.gaussian.iter(), scenario.field.lamp.iter());
     let gaussians = gaussians
         .enumerate()
@@ -71,18 +87,36 @@ fn narrow(scenario: &Scenario) -> Vec<String> {
     let lamps = lamps
         .enumerate()
         .map(|(index, lamp)| (format!("field.lamp.{index}.half_distance_m"), lamp.half_distance_m.get()));
-    gaussians
-        .chain(lamps)
-        .filter(|(_, width_m)| *width_m < WIDTH_SHARE_MIN * cell_m)
-        .map(|(path, width_m)| {
-            format!(
-                "{path} = {width_m:e} is less than {WIDTH_SHARE_MIN:e} of the largest cell there may be ({cell_m:.3} m \
-                 across): coverage cost and true centroids may be off by more than 1e-8 of their value; widen it to \
-                 {:e} m, or make the arena smaller",
-                WIDTH_SHARE_MIN * cell_m
-            )
-        })
-        .collect()
+    let cell_m = largest_cell_m(scenario);
+    gaussians.chain(lamps).filter_map(|(path, width_m)| too_narrow(&path, width_m, cell_m)).collect()
+}
+
+/// A change of the field that makes a peak as narrow.
+fn narrowed(fault: &Fault, scenario: &Scenario) -> Option<String> {
+    let Kind::Field(change) = &fault.kind else { return None };
+    let widths = [("half_distance_m", change.half_distance_m), ("sigma_m", change.sigma_m)];
+    let cell_m = largest_cell_m(scenario);
+    widths.into_iter().find_map(|(key, width_m)| too_narrow(key, width_m?.get(), cell_m))
+}
+
+fn too_narrow(path: &str, width_m: f64, cell_m: f64) -> Option<String> {
+    (width_m < WIDTH_SHARE_MIN * cell_m).then(|| {
+        format!(
+            "{path} = {width_m:e} is less than {WIDTH_SHARE_MIN:e} of the largest cell there may be ({cell_m:.3} m \
+             across): coverage cost and true centroids may be off by more than 1e-8 of their value; widen it to {:e} \
+             m, or make the arena smaller",
+            WIDTH_SHARE_MIN * cell_m
+        )
+    })
+}
+
+/// How wide the largest cell may be that anybody integrates over, meters.
+fn largest_cell_m(scenario: &Scenario) -> f64 {
+    let arena_m = Vector2::from(scenario.arena.size_m.get()).norm();
+    // Where walls are not sensed, the law `exact` has cells that end at the cap.
+    let needy = scenario.laws().filter(|law| law.law.needs_field() && !scenario.arena.boundary_sensing);
+    let across_caps_m = needy.filter_map(|law| law.cell_cap_m).map(|cap_m| 2.0 * cap_m.get());
+    across_caps_m.fold(arena_m, f64::max)
 }
 
 fn late(fault: &Fault, scenario: &Scenario) -> Option<String> {
@@ -92,7 +126,7 @@ fn late(fault: &Fault, scenario: &Scenario) -> Option<String> {
     if begins > last {
         return Some(format!("begins at {begins_s} s, after the end of the run ({duration_s} s)"));
     }
-    let restarts_late = fault.nature().at_once && ends.is_some_and(|ends| ends > last);
+    let restarts_late = fault.nature().is_at_once() && ends.is_some_and(|ends| ends > last);
     restarts_late.then(|| format!("nobody is restarted before the end of the run ({duration_s} s)"))
 }
 
@@ -167,6 +201,31 @@ mod tests {
         let capped = |cap_m: f64| format!("exact\", cell_cap_m = {cap_m}, gradient = \"measured");
         assert_eq!(warned(&lamp(1.5e-6), &capped(0.7)), [""; 0], "a cap within the arena");
         assert_eq!(warned(&lamp(1.5e-6), &capped(2.0)).len(), 1, "a cap beyond it");
+    }
+
+    #[test]
+    fn a_change_after_which_the_field_is_nowhere_positive_or_a_peak_too_narrow_is_warned_of() {
+        let lit = "field.lamp = [{ position_m = [0.5, 0.5], peak = 1, half_distance_m = 0.5 }]\n\
+                   [[fault]]\nkind = \"field\"\nat_s = 0.5\n";
+        let [warning] = &warned(&format!("{lit}lamp = 0\npeak = 0"), "linear")[..] else { panic!("not one") };
+        let begins = "test:9: fault 0 (field): the field is nowhere positive from then on";
+        assert!(warning.starts_with(begins), "{warning}");
+        let [warning] = &warned(&format!("{lit}lamp = 0\nhalf_distance_m = 1.4e-6"), "linear")[..] else {
+            panic!("not one")
+        };
+        assert!(
+            warning.starts_with("test:9: fault 0 (field): half_distance_m = 1.4e-6 is less"),
+            "{warning}"
+        );
+        let relit = "[[fault]]\nkind = \"field\"\nat_s = 0.5\noffset = 1";
+        for fine in ["lamp = 0\npeak = 0.1", &format!("lamp = 0\npeak = 0\n{relit}")] {
+            assert_eq!(warned(&format!("{lit}{fine}"), "linear"), [""; 0], "{fine}");
+        }
+        assert_eq!(
+            warned(&format!("{lit}lamp = 0\npeak = 0"), "uniform"),
+            [""; 0],
+            "Lloyd's law asks for no field"
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ use arena::{
     Arena,
     channel::Reception,
     fault::{FaultPlan, Passage},
+    field::Field,
     frame::{ArenaPoint, Pose},
     payloads::Payloads,
     placement,
@@ -98,7 +99,7 @@ fn begun(faults: &str) -> FaultPlan {
     let scenario = scenario(faults);
     let poses = placement::start(&scenario).unwrap();
     let mut plan = FaultPlan::new(&scenario);
-    plan.process_faults(0, &poses, &[]);
+    plan.process_faults(0, &poses, &mut Field::new(&scenario), &[]);
     plan
 }
 
@@ -302,10 +303,10 @@ mod packets {
         let begun = |fault: &str| {
             let scenario = scenario(&format!("[[fault]]\n{fault}\n{disc}"));
             let mut poses = placement::start(&scenario).unwrap();
-            let mut plan = FaultPlan::new(&scenario);
-            plan.process_faults(0, &poses, &[]);
+            let (mut plan, mut field) = (FaultPlan::new(&scenario), Field::new(&scenario));
+            plan.process_faults(0, &poses, &mut field, &[]);
             poses.swap(0, 9);
-            plan.process_faults(1, &poses, &[]);
+            plan.process_faults(1, &poses, &mut field, &[]);
             plan
         };
         let lost = |plan: &mut FaultPlan, sender: u32, receiver: u32| {
@@ -413,11 +414,11 @@ mod agents {
     fn process_faults(faults: &str, ticks: impl IntoIterator<Item = Tick>) -> Vec<(Tick, ProcessFault)> {
         let scenario = scenario(faults);
         let poses = placement::start(&scenario).unwrap();
-        let mut plan = FaultPlan::new(&scenario);
+        let (mut plan, mut field) = (FaultPlan::new(&scenario), Field::new(&scenario));
         ticks
             .into_iter()
             .flat_map(|tick| {
-                plan.process_faults(tick, &poses, &[])
+                plan.process_faults(tick, &poses, &mut field, &[])
                     .into_iter()
                     .map(move |process_fault| (tick, process_fault))
             })
@@ -872,5 +873,177 @@ mod plans {
         let mut plan = begun(faults);
         let lost = (0..10_000).filter(|&number| is_lost(&passage(&mut plan, number))).count();
         assert!((lost as f64 / 1e4 - 0.75).abs() < 0.015, "{lost}");
+    }
+}
+
+mod field {
+    use arena::metrics::Attendance;
+    use protocol::percept::{FieldComponent, Stimulus};
+
+    use super::*;
+
+    const MOVE: &str = "[[fault]]\nkind = \"field\"\nat_s = 1\nlamp = 0\nposition_m = [1.1, 0.5]\n";
+
+    /// Value of the field of [`scenario`] so far from its lamp, with this offset, peak and half distance.
+    fn lit(offset: f64, peak: f64, half_m: f64, away_m: f64) -> f64 {
+        offset + peak / (1.0 + (away_m / half_m).powi(2))
+    }
+
+    /// Readings of a robot, tick by tick.
+    fn readings(faults: &str, robot: usize) -> Vec<f64> {
+        let mut readings = Vec::new();
+        run(&scenario(faults), 20, |_, percepts| readings.push(percepts.unwrap()[robot].light.value));
+        readings
+    }
+
+    fn is_near(value: f64, expected: f64) -> bool {
+        (value - expected).abs() < 1e-9 * expected.abs()
+    }
+
+    #[test]
+    fn every_key_of_a_term_changes_what_is_sensed_from_its_tick_on() {
+        let before = lit(50.0, 500.0, 0.5, 0.3);
+        for (change, after) in [
+            ("lamp = 0\nposition_m = [1.1, 0.5]", lit(50.0, 500.0, 0.5, 0.8)),
+            ("lamp = 0\npeak = -20", lit(50.0, -20.0, 0.5, 0.3)),
+            ("lamp = 0\nhalf_distance_m = 0.1", lit(50.0, 500.0, 0.1, 0.3)),
+            ("lamp = 0\nposition_m = [-1, 0.5]\npeak = 90", lit(50.0, 90.0, 0.5, 1.3)),
+            ("offset = -7", lit(-7.0, 500.0, 0.5, 0.3)),
+        ] {
+            let read = readings(&format!("[[fault]]\nkind = \"field\"\nat_s = 1\n{change}"), 2);
+            assert!(read[..10].iter().all(|value| is_near(*value, before)), "{change}: {read:?}");
+            assert!(read[10..].iter().all(|value| is_near(*value, after)), "{change}: {read:?}");
+        }
+        let gaussian = |sigma_m: f64, gamma: f64, away_m: f64| {
+            let height = gamma / (sigma_m * (2.0 * std::f64::consts::PI).sqrt());
+            before + height * libm::exp(-away_m * away_m / (2.0 * sigma_m * sigma_m))
+        };
+        for (change, after) in [
+            ("center_m = [0.5, 0.5]", gaussian(0.5, 40.0, 0.2)),
+            ("sigma_m = 0.25", gaussian(0.25, 40.0, 0.7)),
+            ("gamma = 80", gaussian(0.5, 80.0, 0.7)),
+        ] {
+            let peak = "field.gaussian = [{ center_m = [1, 0.5], sigma_m = 0.5, gamma = 40 }]\n";
+            let fault = format!("[[fault]]\nkind = \"field\"\nat_s = 1\ngaussian = 0\n{change}");
+            let read = readings(&format!("{peak}{fault}"), 2);
+            assert!(is_near(read[9], gaussian(0.5, 40.0, 0.7)), "{change}: {read:?}");
+            assert!(is_near(read[10], after) && is_near(read[20], after), "{change}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn a_ring_of_diodes_sees_the_lamps_that_are_there_by_now_and_its_converter_stays() {
+        let ring = "light = { sensor = \"ring\", adc_max_counts = 1000 }
+                    controller.gradient = \"fixed\"
+                    controller.gradient_magnitude_per_m = 100\n";
+        let first = |faults: &str| {
+            let mut light = Vec::new();
+            run(&scenario(&format!("{ring}{faults}")), 20, |_, percepts| {
+                light.push(percepts.unwrap()[2].light)
+            });
+            light
+        };
+        let light = first(MOVE);
+        let Stimulus::Bearing(bearing) = light[9].stimulus else { panic!("it is dark") };
+        assert!((bearing.get().abs() - std::f64::consts::PI).abs() < 1e-2, "behind it, {bearing:?}");
+        let Stimulus::Bearing(bearing) = light[10].stimulus else { panic!("it is dark") };
+        assert!(bearing.get().abs() < 1e-2, "ahead of it, {bearing:?}");
+        let brighter = "[[fault]]\nkind = \"field\"\nat_s = 1\n";
+        let [lamp, offset] =
+            ["lamp = 0\npeak = 1e9", "offset = 60"].map(|it| first(&format!("{brighter}{it}")));
+        // Diodes at 0, 45 and 90 degrees to the light are at the end of their converter, those behind are dark.
+        let most = 50.0 + 0.5 * 1000.0 * (1.0 + 2_f64.sqrt());
+        assert!(lamp[9].value < 0.5 * most && is_near(lamp[10].value, most), "{lamp:?}");
+        assert!((offset[10].value - offset[9].value - 10.0).abs() < 1e-9, "robots add the new Φ");
+    }
+
+    #[test]
+    fn metrics_and_the_shown_field_are_those_of_the_changed_one() {
+        let exact = "controller.law = \"exact\"\narena.boundary_sensing = true\n";
+        let scenario = scenario(&format!("{exact}{MOVE}"));
+        let (mut costs, mut distances, mut shown) = (Vec::new(), Vec::new(), Vec::new());
+        let arena = run(&scenario, 20, |arena, percepts| {
+            let metrics = arena.metrics(&everyone(), Attendance { alive: 10, paused: 0 });
+            assert_eq!(arena.disturbance(&everyone())[1].is_some(), metrics.cost_h.is_some());
+            costs.push(metrics.cost_h.unwrap());
+            distances.push(metrics.mean_lamp_distance_m.unwrap());
+            let lamp = percepts.unwrap()[0].field.iter().find_map(|term| match term {
+                FieldComponent::Lamp { position, .. } => Some(position.0.x),
+                _ => None,
+            });
+            shown.push(lamp.unwrap());
+        });
+        assert!((distances[9] - 0.55).abs() < 1e-12 && (distances[10] - 0.55).abs() < 1e-12, "{distances:?}");
+        assert!(costs[9] == costs[0] && costs[10] != costs[9] && costs[20] == costs[10], "{costs:?}");
+        assert!((shown[9] + 0.1).abs() < 1e-12 && (shown[10] - 1.0).abs() < 1e-12, "{shown:?}");
+        // What is measured is what a scenario with the lamp there measures.
+        let mut there = scenario.clone();
+        there.field = scenario.field_at(10);
+        there.fault.clear();
+        let metrics = |arena: &Arena| arena.metrics(&everyone(), Attendance { alive: 10, paused: 0 });
+        let fresh = run(&there, 20, |_, _| {});
+        assert_eq!(metrics(&fresh), metrics(&arena));
+        assert_eq!((arena.field_spec(), scenario.field_at(9)), (&there.field, scenario.field.clone()));
+    }
+
+    #[test]
+    fn who_is_nearest_to_the_lamps_is_asked_of_the_lamps_that_are_there_by_then() {
+        let kill = "[[fault]]\nkind = \"kill\"\nat_s = 1\nshare = 0.3\npick = \"nearest-lamps\"\n";
+        let killed = |faults: &str| {
+            let mut arena = Arena::new(&scenario(faults)).unwrap();
+            let mut killed = Vec::new();
+            for _ in 0..20 {
+                killed.extend(arena.process_faults(&[]).into_iter().map(|fault| fault.robot));
+                arena.tick(&everyone());
+            }
+            killed
+        };
+        assert_eq!(killed(kill), [0, 1, 2]);
+        assert_eq!(killed(&format!("{MOVE}{kill}")), [7, 8, 9], "before it in the file, at the same tick");
+        assert_eq!(killed(&format!("{kill}{MOVE}")), [0, 1, 2], "after it in the file");
+    }
+
+    #[test]
+    fn of_two_changes_at_one_tick_the_later_in_the_file_stands() {
+        let change = |at_s: f64, offset: f64| {
+            format!("[[fault]]\nkind = \"field\"\nat_s = {at_s}\noffset = {offset}\n")
+        };
+        let plan = [change(1.0, 10.0), change(1.0, 20.0), change(0.5, 30.0)].concat();
+        let read = readings(&plan, 2);
+        let dark = lit(0.0, 500.0, 0.5, 0.3);
+        assert!(is_near(read[4], dark + 50.0) && is_near(read[5], dark + 30.0), "{read:?}");
+        assert!(is_near(read[10], dark + 20.0), "{read:?}");
+        let scenario = scenario(&plan);
+        let offsets = [4, 5, 9, 10, 99].map(|tick| scenario.field_at(tick).offset.get());
+        assert_eq!(offsets, [50.0, 30.0, 30.0, 20.0, 20.0]);
+    }
+
+    #[test]
+    fn a_change_of_the_field_is_counted_and_strikes_no_robot() {
+        let arena = run(&scenario(MOVE), 20, |_, _| {});
+        let line = arena.ledger().next().unwrap();
+        assert_eq!(line.told(), "1 field changes");
+        assert_eq!(
+            (line.robots, line.fired_tick, line.last_tick, line.until_tick),
+            (0, Some(10), Some(10), None)
+        );
+        assert_eq!(arena.packets().lost_fault, 0);
+        let same = run(&scenario(&MOVE.replace("[1.1, 0.5]", "[0, 0.5]")), 20, |_, _| {});
+        assert_eq!(same.ledger().next().unwrap().fired_tick, None, "the lamp is there already");
+    }
+
+    #[test]
+    fn a_change_of_the_plan_is_the_same_as_one_that_was_planned() {
+        let planned = scenario(MOVE);
+        let digest_of_planned = run(&planned, 20, |_, _| {}).digest();
+        let mut arena = Arena::new(&scenario("")).unwrap();
+        for tick in 0..=20 {
+            if tick == 10 {
+                arena.change_plan(&planned);
+            }
+            arena.process_faults(&[]);
+            arena.tick(&everyone());
+        }
+        assert_eq!(arena.digest(), digest_of_planned);
     }
 }

@@ -17,7 +17,7 @@ use protocol::{
     percept::{Percept, Tick},
     setup::Mode,
 };
-use scenario::{ProcessFault, Scenario};
+use scenario::{FieldSpec, ProcessFault, Scenario};
 use squad::{Incident, RobotStatus, Squad, Waiting};
 
 use crate::summary::Summary;
@@ -207,6 +207,11 @@ impl TickView<'_> {
         self.arena.poses()
     }
 
+    /// Returns the field of this tick: that of the scenario, and what has changed of it since.
+    pub fn field_spec(&self) -> &FieldSpec {
+        self.arena.field_spec()
+    }
+
     /// Returns the percepts of this tick, by robot; `None` if no neighbor cycle began.
     pub fn percepts(&self) -> Option<&[Percept]> {
         self.arena.percepts()
@@ -387,9 +392,13 @@ mod tests {
     }
 
     fn watched(observers: &mut [&mut dyn Observer]) -> Summary {
+        watched_with("", observers)
+    }
+
+    fn watched_with(faults: &str, observers: &mut [&mut dyn Observer]) -> Summary {
         let text = "duration_s = 1\nstep_s = 0.1\narena.size_m = [2, 1]\nrobots.count = 3\nchannel.range_m = 1\n\
                     [controller]\nprogram = [\"beacon\"]";
-        let scenario = Scenario::parse("test", text, &[]).unwrap();
+        let scenario = Scenario::parse("test", &format!("{text}\n{faults}"), &[]).unwrap();
         run(&scenario, &[&controller(|_, _| Ok::<_, Infallible>(Beacon))], observers).unwrap()
     }
 
@@ -405,6 +414,24 @@ mod tests {
         );
         assert_eq!(summary.trouble().as_deref(), Some("no room"));
         assert_eq!(summary.digest, watched(&mut []).digest, "whoever watches");
+    }
+
+    /// Notes Φ, tick by tick.
+    struct Lit(Vec<f64>);
+
+    impl Observer for Lit {
+        fn ticked(&mut self, tick: &TickView<'_>) -> Result<(), ObserverError> {
+            self.0.push(tick.field_spec().offset.get());
+            assert_eq!(tick.scenario().field_at(tick.tick()), *tick.field_spec());
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_observer_is_shown_the_field_as_it_is_by_then() {
+        let mut lit = Lit(Vec::new());
+        watched_with("[[fault]]\nkind = \"field\"\nat_s = 0.3\noffset = 2", &mut [&mut lit]);
+        assert_eq!(lit.0, [[0.0; 3].as_slice(), &[2.0; 8]].concat());
     }
 
     #[test]

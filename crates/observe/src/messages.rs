@@ -22,7 +22,7 @@ use recording::{
     foxglove::{self, log::Level, packed_element_field::NumericType},
     lamplight, timestamp,
 };
-use scenario::Scenario;
+use scenario::{LampSpec, Scenario};
 use squad::{Participation, RobotStatus};
 
 use self::{
@@ -59,6 +59,7 @@ pub(crate) enum Note {
     Log(u64, Level, String),
     Fault(u64, lamplight::Fault),
     Act(u64, Box<lamplight::Act>),
+    Lamps(u64, Vec<LampSpec>),
     End(u64, String),
 }
 
@@ -87,6 +88,8 @@ pub(crate) struct NoteTaker {
     scene_every_ticks: u64,
     /// Which faults have been told of.
     fired: Vec<bool>,
+    /// Lamps as they were told last.
+    lamps: Vec<LampSpec>,
 }
 
 impl NoteTaker {
@@ -98,6 +101,7 @@ impl NoteTaker {
             metrics_every_ticks: scenario.sample_every_ticks(),
             scene_every_ticks: scenario.scene_every_ticks(),
             fired: Vec::new(),
+            lamps: scenario.field.lamp.clone(),
         }
     }
 
@@ -107,7 +111,7 @@ impl NoteTaker {
 
     pub(crate) fn begun(&self, run: &RunInfo<'_>) -> Note {
         let mode = serde_json::to_value(run.mode).ok();
-        let scene = Stage::of(run.scenario).fixed(run.scenario, Some(timestamp(0)));
+        let scene = Stage::of(run.scenario).fixed(&run.scenario.field.lamp, Some(timestamp(0)));
         let run = lamplight::Run {
             format: FORMAT,
             lamplight: env!("CARGO_PKG_VERSION").into(),
@@ -123,8 +127,8 @@ impl NoteTaker {
         self.extent != Extent::Plain
     }
 
-    /// Notes which faults have struck for the first time.
-    pub(crate) fn struck(&mut self, view: &TickView<'_>, mut tell: impl FnMut(Note)) {
+    /// Notes which faults have struck for the first time, and lamps that have changed.
+    pub(crate) fn changed(&mut self, view: &TickView<'_>, mut tell: impl FnMut(Note)) {
         let (tick, time_ns) = (view.tick(), self.time_ns(view.tick()));
         for (fault, line) in view.ledger().enumerate() {
             if self.fired.len() == fault {
@@ -140,6 +144,11 @@ impl NoteTaker {
                 ));
                 tell(Note::Log(time_ns, Level::Info, format!("fault {fault} ({name}) strikes")));
             }
+        }
+        let lamps = &view.field_spec().lamp;
+        if self.lamps != *lamps {
+            self.lamps.clone_from(lamps);
+            tell(Note::Lamps(time_ns, lamps.clone()));
         }
     }
 
@@ -228,6 +237,10 @@ impl Messages {
                     time_ns,
                     &foxglove::Log { timestamp, level, message, ..Default::default() },
                 )
+            }
+            Note::Lamps(time_ns, lamps) => {
+                let time_ns = self.in_order(*time_ns);
+                sink.take(Topic::Scene, time_ns, &self.stage.lamps(lamps, Some(timestamp(time_ns))))
             }
             Note::Fault(time_ns, fault) => sink.take(Topic::Faults, self.in_order(*time_ns), fault),
             Note::Act(time_ns, act) => sink.take(Topic::Acts, self.in_order(*time_ns), &**act),

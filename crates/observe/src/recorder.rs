@@ -124,9 +124,9 @@ impl Observer for Recorder {
     }
 
     fn ticked(&mut self, view: &TickView<'_>) -> Result<(), ObserverError> {
-        let mut struck = Vec::new();
-        self.taker.struck(view, |note| struck.push(note));
-        struck.into_iter().try_for_each(|note| self.tell(note))?;
+        let mut changed = Vec::new();
+        self.taker.changed(view, |note| changed.push(note));
+        changed.into_iter().try_for_each(|note| self.tell(note))?;
         self.tell(self.taker.ticked(view))
     }
 

@@ -126,7 +126,7 @@ impl Watch {
     fn new(fault: &Fault, scenario: &Scenario) -> Self {
         let begins = scenario.tick_at(fault.begins_s());
         // Who is killed is gone at once; what comes later is the recovery.
-        let ends = match fault.nature().at_once {
+        let ends = match fault.nature().is_at_once() {
             true => begins,
             false => fault.ends_s().map_or(Tick::MAX, |ends_s| scenario.tick_at(ends_s)),
         };

@@ -32,7 +32,7 @@ impl Scenario {
         let kind = table.get("kind").ok_or_else(|| ActError("the fault has no `kind`".into()))?;
         let kind: FaultKind =
             serde_json::from_value(kind.clone()).map_err(|error| ActError(format!("kind: {error}")))?;
-        let [begins, _] = kind.nature().window();
+        let (begins, _) = kind.nature().window();
         if table.contains_key(begins) {
             return Err(ActError(format!("`{begins}` is when the act comes: leave it out")));
         }
@@ -64,6 +64,9 @@ impl Scenario {
         }
         if ends <= tick {
             return refuse("is over");
+        }
+        if fault.nature().window().1.is_none() {
+            return refuse("cannot be ended: what it did is done");
         }
         let mut scenario = self.clone();
         scenario.fault[index].window.until_s = NonNegative::try_from(self.time_of(tick)).ok();

@@ -12,7 +12,7 @@ use super::channel::{Access, ChannelModel, ChannelSpec};
 use super::controller::{Gradient, LawSpec};
 use super::fault;
 use super::file::field::FieldSpec;
-use super::light::{COUNTS_MAX, LightSpec};
+use super::light::{COUNTS_MAX, LightSpec, WIDTH_MIN_M};
 use super::number::Positive;
 use super::problem::{Problem, ensure, problem};
 use super::scenario::Scenario;
@@ -31,9 +31,6 @@ const SIDE_MAX_M: f64 = 1e5;
 /// Largest cap of cells, in meters: as far as an arena is wide. So no cell needs more halvings of its triangles than
 /// `coverage::quadrature::HALVINGS_MAX`.
 const CELL_CAP_MAX_M: f64 = SIDE_MAX_M;
-
-/// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
-const WIDTH_MIN_M: f64 = 1e-6;
 
 /// Finest step of a converter, counts: far below any noise, and no quotient overflows.
 const COUNTS_MIN: f64 = 1e-9;

@@ -17,5 +17,5 @@ pub(crate) mod table;
 mod target;
 
 pub use kind::*;
-pub use nature::{Nature, Strikes, Window};
+pub use nature::{Nature, Strikes, Timing, Window};
 pub use target::{Choice, Direction, Disc, Pick, ShareOf, Target};

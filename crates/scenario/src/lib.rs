@@ -31,6 +31,7 @@ mod document;
 mod error;
 mod explain;
 pub mod fault;
+mod field_change;
 pub mod file;
 mod hex;
 mod light;

@@ -5,6 +5,9 @@ use super::number::{DiodeCount, NonNegative, Positive};
 /// Highest offset, peak or false reading: sums and gradients of them stay finite.
 pub(crate) const COUNTS_MAX: f64 = 1e12;
 
+/// Narrowest Gaussian or lamp, in meters: squared, it is still a normal number.
+pub(crate) const WIDTH_MIN_M: f64 = 1e-6;
+
 /// The light sensor of every robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightSpec {

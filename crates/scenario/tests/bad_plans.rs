@@ -378,6 +378,141 @@ mod faults {
         );
     }
 
+    /// A field with two lamps and a Gaussian, and a change of it that begins in line 18.
+    fn check_change(change: &str, expected: Expect) {
+        let field = "[field]\nlamp = [{ position_m = [0, 0], peak = 5, half_distance_m = 1 }, { position_m = [2, 0], \
+                     peak = 5, half_distance_m = 1 }]\ngaussian = [{ center_m = [1, 1], sigma_m = 1 }]";
+        check(&format!("{field}\n[[fault]]\nkind = \"field\"\nat_s = 5\n{change}"), expected);
+    }
+
+    #[test]
+    fn a_change_of_the_field_is_of_one_term_that_is_there_and_changes_something() {
+        check_fault(
+            "kind = \"field\"\noffset = 1",
+            expect![[r#"plan.toml:15: a fault of kind "field" needs `at_s`"#]],
+        );
+        check_change(
+            "",
+            expect![[r#"plan.toml:18: a fault of kind "field" needs one of `lamp`, `gaussian`, `offset`"#]],
+        );
+        check_change(
+            "peak = 1",
+            expect![[r#"plan.toml:18: a fault of kind "field" needs one of `lamp`, `gaussian`, `offset`"#]],
+        );
+        check_change(
+            "lamp = 2\npeak = 1",
+            expect!["plan.toml:20: there is no lamp 2: the field has 2, numbered from 0"],
+        );
+        check_change(
+            "gaussian = 7\ngamma = 1",
+            expect!["plan.toml:20: there is no gaussian 7: the field has 1, numbered from 0"],
+        );
+        check_fault(
+            "kind = \"field\"\nat_s = 5\nlamp = 0\npeak = 1",
+            expect!["plan.toml:17: there is no lamp 0: the field has none"],
+        );
+        check_change(
+            "lamp = -1\npeak = 1",
+            expect![
+                "plan.toml:20: fault.0.lamp: expected a whole number from 0 to 4294967295, found integer `-1`"
+            ],
+        );
+        check_change(
+            "lamp = 1",
+            expect![
+                "plan.toml:20: lamp 1 is given nothing to change: it needs one of `position_m`, `peak`, `half_distance_m`"
+            ],
+        );
+        check_change(
+            "gaussian = 0",
+            expect![
+                "plan.toml:20: gaussian 0 is given nothing to change: it needs one of `center_m`, `sigma_m`, `gamma`"
+            ],
+        );
+        check_change(
+            "lamp = 0\npeak = 1\noffset = 3",
+            expect![[r#"
+            plan.toml:22: a fault of kind "field" changes one term: give either `lamp` or `offset`
+            hint: two faults may strike at the same `at_s`"#]],
+        );
+        check_change(
+            "lamp = 0\ngaussian = 0\npeak = 1",
+            expect![[r#"
+            plan.toml:21: a fault of kind "field" changes one term: give either `lamp` or `gaussian`
+            hint: two faults may strike at the same `at_s`"#]],
+        );
+        check_change(
+            "lamp = 0\npeak = 1\ngamma = 2",
+            expect![[r#"
+            plan.toml:22: `gamma` has no meaning beside `lamp`
+            hint: a lamp has `position_m`, `peak`, `half_distance_m`"#]],
+        );
+        check_change(
+            "gaussian = 0\nhalf_distance_m = 2",
+            expect![[r#"
+            plan.toml:21: `half_distance_m` has no meaning beside `gaussian`
+            hint: a gaussian has `center_m`, `sigma_m`, `gamma`"#]],
+        );
+        check_change(
+            "offset = 0\npeak = 2",
+            expect![[r#"
+            plan.toml:21: `peak` has no meaning beside `offset`
+            hint: the offset is a number, and nothing else of it can change"#]],
+        );
+        check_change(
+            "offset = 0\nrobots = 2",
+            expect![[r#"
+            plan.toml:21: `robots` has no meaning in a fault of kind "field"
+            hint: it knows `at_s`, `center_m`, `gamma`, `gaussian`, `half_distance_m`, `lamp`, `offset`, `peak`, `position_m`, `sigma_m`"#]],
+        );
+        check_change(
+            "offset = 0\nrestart_at_s = 7",
+            expect![[r#"
+            plan.toml:21: `restart_at_s` has no meaning in a fault of kind "field"
+            hint: it knows `at_s`, `center_m`, `gamma`, `gaussian`, `half_distance_m`, `lamp`, `offset`, `peak`, `position_m`, `sigma_m`"#]],
+        );
+        check_change(
+            "offset = 0\nuntil_s = 7",
+            expect![[r#"
+            plan.toml:21: `until_s` has no meaning in a fault of kind "field"
+            hint: it knows `at_s`, `center_m`, `gamma`, `gaussian`, `half_distance_m`, `lamp`, `offset`, `peak`, `position_m`, `sigma_m`"#]],
+        );
+    }
+
+    #[test]
+    fn a_change_of_the_field_is_within_the_bounds_of_the_field() {
+        check_change("lamp = 0\npeak = 1e13", expect!["plan.toml:21: peak = 1e13 is beyond -1e12 to 1e12"]);
+        check_change(
+            "lamp = 0\nhalf_distance_m = 1e-9",
+            expect!["plan.toml:21: half_distance_m = 1e-9 is beyond 1e-6 to 1e12"],
+        );
+        check_change(
+            "lamp = 0\nhalf_distance_m = 0",
+            expect!["plan.toml:21: fault.0.half_distance_m: must be a positive number, got 0"],
+        );
+        check_change(
+            "lamp = 0\nposition_m = [1, nan]",
+            expect!["plan.toml:21: fault.0.position_m: must be a finite number, got NaN"],
+        );
+        check_change(
+            "lamp = 0\nposition_m = [1, 2, 3]",
+            expect!["plan.toml:21: fault.0.position_m: must be a pair of numbers [x, y], got 3 of them"],
+        );
+        check_change(
+            "gaussian = 0\nsigma_m = -1",
+            expect!["plan.toml:21: fault.0.sigma_m: must be a positive number, got -1"],
+        );
+        check_change(
+            "gaussian = 0\nsigma_m = 1e-7",
+            expect!["plan.toml:21: sigma_m = 1e-7 is beyond 1e-6 to 1e12"],
+        );
+        check_change(
+            "gaussian = 0\ngamma = -2e12",
+            expect!["plan.toml:21: gamma = -2e12 is beyond -1e12 to 1e12"],
+        );
+        check_change("offset = -2e12", expect!["plan.toml:20: offset = -2e12 is beyond -1e12 to 1e12"]);
+    }
+
     #[test]
     fn delays_that_delay_nothing_are_refused() {
         check_fault(

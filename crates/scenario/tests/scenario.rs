@@ -340,9 +340,47 @@ mod reading {
             &["fault=[{ kind = \"sensor\", stuck = true }]"],
             &["fault=[{ kind = \"motion\", stuck = true }]"],
             &["fault=[{ kind = \"liar\", identity = 1 }]"],
+            &["fault=[{ kind = \"field\", at_s = 1, offset = 2 }]"],
         ] {
             assert_eq!(cycles(overrides), 1, "{overrides:?}");
         }
+    }
+
+    #[test]
+    fn diodes_see_no_darkness_of_a_lamp_that_changes_either() {
+        let lit = [
+            "light.sensor=ring",
+            "controller.gradient=fixed",
+            "controller.gradient_magnitude_per_m=1",
+            "field.lamp=[{ position_m = [1, 1], peak = 5, half_distance_m = 1 }]",
+        ];
+        let change = |peak: f64| {
+            let fault = format!("fault=[{{ kind = \"field\", at_s = 1, lamp = 0, peak = {peak} }}]");
+            parse(SMALLEST, &[&lit[..], &[&fault]].concat())
+        };
+        assert!(change(0.0).is_ok());
+        let error = change(-1.0).expect_err("a bad change").to_string();
+        assert!(error.ends_with("peak = -1: a diode sees no darkness; peaks are zero or more"), "{error}");
+    }
+
+    #[test]
+    fn a_change_of_the_field_is_equal_after_a_round_trip() {
+        let sets = [
+            "field.lamp=[{ position_m = [1, 1], peak = 5, half_distance_m = 1 }]",
+            "field.gaussian=[{ center_m = [1, 1], sigma_m = 1 }]",
+            "fault=[{ kind = \"field\", at_s = 0.26, lamp = 0, position_m = [-1, 9], half_distance_m = 2 },
+              { kind = \"field\", at_s = 2, gaussian = 0, center_m = [0, 0], gamma = -2, sigma_m = 0.5 },
+              { kind = \"field\", at_s = 2, offset = -3 }]",
+        ];
+        let scenario = parse(SMALLEST, &sets).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scenario.fault.iter().map(|fault| fault.begins_s()).collect::<Vec<_>>(), [0.3, 2.0, 2.0]);
+        assert!(scenario.fault.iter().all(|fault| fault.ends_s().is_none()));
+        assert_eq!(
+            scenario.fault[1].among_first(1).as_ref(),
+            Some(&scenario.fault[1]),
+            "robots are nothing to it"
+        );
+        assert_eq!(parse(&scenario.to_toml(), &[]).map(|again| again.fault), Ok(scenario.fault));
     }
 
     #[test]

@@ -246,7 +246,7 @@ impl Swarm {
 
     /// What faults of kind `field` have made of the field by now.
     fn change_field(&mut self) {
-        let field = self.scenario.field.clone();
+        let field = self.scenario.field_at(self.tick);
         if field != self.field {
             self.field = field;
             self.versions.field += 1;

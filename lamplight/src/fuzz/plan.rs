@@ -199,8 +199,16 @@ mod tests {
     #[test]
     fn plans_have_every_kind_and_every_key() {
         let base = swarmbots();
+        // A field changes only where it is asked for, and there may be a Gaussian in it.
+        let mut changing = points();
+        changing.field.lamp.clone_from(&base.field.lamp);
+        changing.fuzz.kinds = vec![FaultKind::Field];
+        let of =
+            |base: &Scenario, seeds| (0..seeds).flat_map(|seed| drawn(base, seed).fault).collect::<Vec<_>>();
+        let plans = of(&base, 1000);
+        assert!(plans.iter().all(|fault| fault.kind.kind() != FaultKind::Field));
         let mut seen = BTreeSet::new();
-        for fault in (0..1000).flat_map(|seed| drawn(&base, seed).fault) {
+        for fault in plans.into_iter().chain(of(&changing, 100)) {
             let value = serde_json::to_value(&fault).unwrap();
             for (key, _) in value.as_object().unwrap().iter().filter(|(_, value)| !value.is_null()) {
                 seen.insert((fault.kind.kind(), key.clone()));
@@ -211,6 +219,40 @@ mod tests {
             for key in kind.keys().iter().filter(|key| !key.starts_with("payload_")) {
                 assert!(seen.contains(&(kind, key.clone())), "{} never has {key}", kind.name());
             }
+        }
+    }
+
+    #[test]
+    fn changes_of_the_field_are_drawn_only_of_what_is_there_and_plans_with_them_are_accepted() {
+        let lamps = "field.lamp = [{ position_m = [1, 1], peak = 50, half_distance_m = 1 }, { position_m = [0, 1], \
+                     peak = 1e12, half_distance_m = 1 }]\n";
+        let gaussian = "field.gaussian = [{ center_m = [1, 1], sigma_m = 1e-6, gamma = 1e12 }]\n";
+        let ring =
+            "light.sensor = \"ring\"\ncontroller = { gradient = \"fixed\", gradient_magnitude_per_m = 1 }\n";
+        for (field, terms) in [
+            (String::new(), &["offset"][..]),
+            (lamps.into(), &["lamp", "offset"]),
+            (gaussian.into(), &["gaussian", "offset"]),
+            (format!("{ring}{lamps}"), &["lamp", "offset"]),
+        ] {
+            let base = parsed(&format!(
+                "duration_s = 10.0\nstep_s = 0.1\narena.size_m = [2, 3]\nrobots.count = 9\n\
+                 controller.gain_per_s = 1.0\nchannel.range_m = 1.0\nfuzz.kinds = [\"field\"]\n{field}"
+            ));
+            let mut seen = BTreeSet::new();
+            for seed in 0..100 {
+                let scenario = drawn(&base, seed);
+                assert_eq!(parsed(&scenario.to_toml()).fault, scenario.fault);
+                for fault in &scenario.fault {
+                    let Kind::Field(change) = &fault.kind else { panic!("{fault:?}") };
+                    seen.extend(change.lamp.map(|_| "lamp"));
+                    seen.extend(change.gaussian.map(|_| "gaussian"));
+                    seen.extend(change.offset.map(|_| "offset"));
+                    assert_eq!(fault.ends_s(), None);
+                }
+            }
+            let expected: BTreeSet<&str> = terms.iter().copied().collect();
+            assert_eq!(seen, expected, "{field}");
         }
     }
 

@@ -18,7 +18,7 @@ pub struct Line {
     pub kind: FaultKind,
     /// When it was to begin.
     pub planned_tick: Tick,
-    /// When it was to end; `None` with the run.
+    /// When it was to end; `None` with the run, or if its kind has no end.
     pub until_tick: Option<Tick>,
     /// When it first did something; `None` if it never did.
     pub fired_tick: Option<Tick>,
@@ -69,10 +69,15 @@ impl Entry {
 
     /// It did something to `robot`.
     pub(super) fn did(&mut self, tick: Tick, what: &'static str, robot: u32) {
-        self.line.fired_tick.get_or_insert(tick);
-        self.line.last_tick = Some(tick);
         self.struck.insert(robot);
         self.line.robots = self.struck.len();
+        self.happened(tick, what);
+    }
+
+    /// It did something that strikes no robot by itself.
+    pub(super) fn happened(&mut self, tick: Tick, what: &'static str) {
+        self.line.fired_tick.get_or_insert(tick);
+        self.line.last_tick = Some(tick);
         self.count(what);
     }
 

@@ -14,7 +14,7 @@ use super::{
     rng::FaultRng,
     target::{Scene, Target},
 };
-use crate::{channel::Reception, frame::ArenaPoint, payloads::Payloads};
+use crate::{channel::Reception, field::Field, frame::ArenaPoint, payloads::Payloads};
 use scenario::ProcessFault;
 
 /// A packet on its way to one receiver.
@@ -61,6 +61,11 @@ pub(super) trait Rule: Debug {
 
     /// It begins: what it does to agents at once.
     fn begin(&mut self, _: Tick, _: &Target, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Entry) {}
+
+    /// It begins: what it does to the field; whether it is another one then.
+    fn change_field(&self, _: &mut Field) -> bool {
+        false
+    }
 
     /// It ends: what it does to agents then.
     fn end(&mut self, _: FaultRng, _: &mut [Fate], _: &mut Vec<ProcessFault>, _: &mut Entry) {}

@@ -1,7 +1,10 @@
 //! Robots and links that a fault strikes: chosen once, when it begins.
 
 use super::rng::FaultRng;
-use crate::frame::{ArenaPoint, Pose};
+use crate::{
+    field::Field,
+    frame::{ArenaPoint, Pose},
+};
 use scenario::{
     Link,
     fault::{self, Choice, Direction, Disc, Pick, ShareOf},
@@ -15,8 +18,8 @@ const PICKED: u32 = 0;
 pub(super) struct Scene<'a> {
     /// Where every body is.
     pub(super) poses: &'a [Pose],
-    /// Where lamps hang.
-    pub(super) lamps: &'a [ArenaPoint],
+    /// The field: where lamps hang by now.
+    pub(super) field: &'a Field,
 }
 
 /// The robots and links that a fault strikes.
@@ -90,7 +93,8 @@ fn chosen(Choice { robots, region, share }: &Choice, scene: &Scene<'_>, rng: Fau
         return candidates.into_iter().map(|(robot, _)| robot).collect();
     };
     let count = whole(share.get(), candidates.len());
-    let middle = scene.lamps.iter().sum::<ArenaPoint>() / scene.lamps.len().max(1) as f64;
+    let lamps = || scene.field.lamps();
+    let middle = lamps().sum::<ArenaPoint>() / lamps().count().max(1) as f64;
     let mut ranked: Vec<(f64, u32)> = candidates
         .into_iter()
         .map(|(robot, at)| match pick {

@@ -224,7 +224,7 @@ impl Observer for Broadcaster {
     }
 
     fn ticked(&mut self, view: &TickView<'_>) -> Result<(), ObserverError> {
-        self.taker.struck(view, |note| self.clients.tell(note));
+        self.taker.changed(view, |note| self.clients.tell(note));
         self.clients.tell_tick(|| self.taker.ticked(view));
         Ok(())
     }

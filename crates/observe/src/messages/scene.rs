@@ -8,7 +8,7 @@ use recording::foxglove::{
     Color, CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, SpherePrimitive, Vector3,
     line_primitive::Type,
 };
-use scenario::Scenario;
+use scenario::{LampSpec, Scenario};
 use squad::Participation;
 
 use super::pose::{ARENA, at, shown, single};
@@ -47,24 +47,30 @@ impl Stage {
         Self { size_m: scenario.arena.size_m.get(), radius_m }
     }
 
-    /// Walls and lamps: what stays where it is.
-    pub(super) fn fixed(self, scenario: &Scenario, timestamp: Timestamp) -> SceneUpdate {
+    /// Walls and lamps: what stays where it is, unless the field changes.
+    pub(super) fn fixed(self, lamps: &[LampSpec], timestamp: Timestamp) -> SceneUpdate {
         let [width, height] = self.size_m;
         let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
         let walls = SceneEntity {
             lines: vec![closed(corners.map(|[x, y]| point(x, y)).into(), WALL)],
             ..entity("walls", timestamp)
         };
+        let SceneUpdate { deletions, entities } = self.lamps(lamps, timestamp);
+        SceneUpdate { deletions, entities: [vec![walls], entities].concat() }
+    }
+
+    /// Lamps, in the place of those before.
+    pub(super) fn lamps(self, lamps: &[LampSpec], timestamp: Timestamp) -> SceneUpdate {
         let lamp = |position_m: [f64; 2]| SpherePrimitive {
             pose: Some(at(position_m)),
             size: Some(Vector3 { x: LAMP_M, y: LAMP_M, z: LAMP_M }),
             color: Some(LAMP),
         };
         let lamps = SceneEntity {
-            spheres: scenario.field.lamp.iter().map(|it| lamp(it.position_m.get())).collect(),
+            spheres: lamps.iter().map(|it| lamp(it.position_m.get())).collect(),
             ..entity("lamps", timestamp)
         };
-        SceneUpdate { deletions: Vec::new(), entities: vec![walls, lamps] }
+        SceneUpdate { deletions: Vec::new(), entities: vec![lamps] }
     }
 
     /// Bodies, and the cells of those that take part.

@@ -1,5 +1,7 @@
 //! `positions.csv`: how densely robots stand around the peak or the lamps.
 
+use scenario::Scenario;
+
 use crate::{
     batch::{
         Batch, ByTrial, Setting,
@@ -17,11 +19,16 @@ use crate::{
 const RINGS: usize = 20;
 
 pub(super) fn blocks(batch: &Batch) -> Result<Vec<Block>, ReportError> {
-    let Some(center) = plan::center(&batch.scenario) else { return Ok(Vec::new()) };
+    // Robots are where they were at the end, and so is the field.
+    let field = batch.scenario.field_at(batch.scenario.ticks());
+    let changes = field != batch.scenario.field;
+    let at_end = Scenario { field, ..batch.scenario.clone() };
+    let Some(center) = plan::center(&at_end) else { return Ok(Vec::new()) };
     let Some(positions) = batch.positions()? else { return Ok(Vec::new()) };
-    let rings = Rings::new(&batch.scenario, center, RINGS);
+    let rings = Rings::new(&at_end, center, RINGS);
     // A swept field has another √φ than the scenario's own.
-    let same_field = !batch.meta.sweeps.iter().any(|sweep| sweep.key.starts_with("field"));
+    let is_of_field = |key: &str| key.starts_with("field") || changes && key.starts_with("fault");
+    let same_field = !batch.meta.sweeps.iter().any(|sweep| is_of_field(&sweep.key));
     let mut panels = Vec::new();
     for setting in batch.settings.iter().take(PANELS_MAX) {
         let ours = density_points(&rings, &positions, setting);

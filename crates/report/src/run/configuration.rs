@@ -14,13 +14,13 @@ pub fn initial_plan(run: &Run, title: &str) -> Svg {
 
 /// The end, with the cells.
 pub fn final_plan(run: &Run, title: &str) -> Svg {
-    plan(&run.scenario, title, &run.end)
+    plan(&run.at_end(), title, &run.end)
 }
 
 /// Where robots went; `None` if that was not recorded.
 pub fn trajectory_plan(run: &Run, title: &str) -> Option<Svg> {
     let trajectories = run.trajectories();
-    (!trajectories.is_empty()).then(|| crate::plan::paths(&run.scenario, title, &run.end, &trajectories))
+    (!trajectories.is_empty()).then(|| crate::plan::paths(&run.at_end(), title, &run.end, &trajectories))
 }
 
 /// All of them under one caption.

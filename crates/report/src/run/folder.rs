@@ -81,6 +81,13 @@ impl Run {
         Ok(Self { scenario, summary, metrics, ledger, start, end, poses, notes })
     }
 
+    /// The scenario with the field as it was at the end, by the plan.
+    pub fn at_end(&self) -> Scenario {
+        let ticks = self.summary.as_ref().and_then(|summary| summary.get("ticks")?.as_u64());
+        let field = self.scenario.field_at(ticks.unwrap_or(self.scenario.ticks()));
+        Scenario { field, ..self.scenario.clone() }
+    }
+
     /// Where each robot went; empty if that was not recorded.
     pub fn trajectories(&self) -> Vec<Vec<Point>> {
         let paths = self.poses.iter().flat_map(|poses| poses.paths.values());

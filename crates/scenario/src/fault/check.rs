@@ -3,9 +3,10 @@
 //! In:  a plan of faults that are each well-formed, and its setting. Out: the first [`Problem`], with its keys.
 
 use super::entry::Entry;
-use super::kind::Fault;
+use super::kind::{Fault, FaultKind, Field};
+use super::parameters::Parameters;
 use super::setting::Setting;
-use super::target::Pick;
+use super::target::{Pick, Target};
 use crate::problem::{Problem, ensure, problem};
 use crate::robot_set::Link;
 
@@ -27,10 +28,10 @@ pub(crate) fn check(
 
 /// Does it end after it begins?
 fn window(fault: &Fault, entry: &Entry<'_>) -> Result<(), Problem> {
-    let Some(ends_s) = fault.ends_s() else { return Ok(()) };
+    let (from, until) = fault.nature().window();
+    let (Some(until), Some(ends_s)) = (until, fault.ends_s()) else { return Ok(()) };
     let (begins_s, ticks) = (fault.begins_s(), |time_s| entry.setting.tick_at(time_s));
-    let [from, until] = fault.nature().window();
-    ensure(ticks(ends_s) > ticks(begins_s), || match fault.nature().at_once {
+    ensure(ticks(ends_s) > ticks(begins_s), || match fault.nature().is_at_once() {
         _ if ends_s > begins_s => entry.problem(
             &[until, "step_s"],
             format!(
@@ -61,7 +62,7 @@ fn target(fault: &Fault, entry: &Entry<'_>) -> Result<(), Problem> {
     choice.robots.iter().try_for_each(|robots| entry.knows("robots", robots.highest()))?;
     choice.region.into_iter().try_for_each(|disc| entry.reaches(disc))?;
     let by_lamps = choice.share.is_some_and(|of| of.pick == Pick::NearestLamps);
-    ensure(!by_lamps || entry.setting.has_lamps, || {
+    ensure(!by_lamps || entry.setting.has_lamps(), || {
         entry.problem(&["pick"], "pick = \"nearest-lamps\" needs lamps, and the field has none")
     })
 }

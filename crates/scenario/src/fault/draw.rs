@@ -15,9 +15,9 @@ pub(crate) fn drawn(
 ) -> Fault {
     let mut draw = Drawer { setting, spared, unit };
     let kind = *draw.one_of(kinds);
-    let window = draw.window(kind.nature().at_once);
+    let window = draw.window(kind.nature().timing);
     // Of a kill, the share that is restarted is drawn with the time of it.
-    let early = kind.nature().at_once.then(|| kind.drawn(&mut draw, &window));
+    let early = kind.nature().is_at_once().then(|| kind.drawn(&mut draw, &window));
     let target = draw.target(kind.nature().strikes);
     let kind = early.unwrap_or_else(|| kind.drawn(&mut draw, &window));
     Fault { window, target, kind, origin: Origin::default() }

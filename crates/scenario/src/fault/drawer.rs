@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use super::nature::{Strikes, Window};
+use super::nature::{Strikes, Timing, Window};
 use super::setting::Setting;
 use super::target::{Choice, Direction, Disc, Pick, ShareOf, Target};
 use crate::number::{Finite, NonNegative, Positive, Probability, Share, Xy};
@@ -21,16 +21,18 @@ pub(super) struct Drawer<'a> {
 
 impl Drawer<'_> {
     /// From some tick to a later one; either may be the run's own.
-    pub(super) fn window(&mut self, at_once: bool) -> Window {
+    pub(super) fn window(&mut self, timing: Timing) -> Window {
         let ticks = self.setting.ticks;
-        let from = if at_once || self.chance(0.8) { self.below(ticks) } else { 0 };
-        let until = self.chance(0.7).then(|| from + 1 + self.below(ticks - from));
+        let is_lasting = timing == Timing::Lasting;
+        let from = if !is_lasting || self.chance(0.8) { self.below(ticks) } else { 0 };
+        let ends = timing != Timing::ForGood && self.chance(0.7);
+        let until = ends.then(|| from + 1 + self.below(ticks - from));
         Window { from_s: self.time(from), until_s: until.map(|until| self.time(until)) }
     }
 
     pub(super) fn target(&mut self, strikes: Strikes) -> Target {
         match strikes {
-            Strikes::ByItsKeys => Target::ByItsKeys,
+            Strikes::ByItsKeys | Strikes::Surroundings => Target::ByItsKeys,
             Strikes::Robots => Target::Robots(self.choice()),
             Strikes::ChosenRobots => {
                 let choice = self.choice();
@@ -70,7 +72,7 @@ impl Drawer<'_> {
         if matches!(way, 3 | 5) {
             let share = self.share(share_max);
             let picks = [Pick::Random, Pick::Random, Pick::NearestLamps];
-            let known = if self.setting.has_lamps { &picks[..] } else { &picks[..2] };
+            let known = if self.setting.has_lamps() { &picks[..] } else { &picks[..2] };
             choice.share = share.map(|share| ShareOf { share, pick: *self.one_of(known) });
         }
         choice
@@ -118,12 +120,23 @@ impl Drawer<'_> {
         let [width, height] = self.setting.size_m;
         let largest = (self.setting.share_max * width * height / PI).sqrt();
         let radius_m = short(self.between(0.1, 1.0) * largest);
+        Disc { center_m: self.place(), radius_m: Positive::new(radius_m).expect("sides are positive") }
+    }
+
+    /// A place in the arena.
+    pub(super) fn place(&mut self) -> Xy<Finite> {
+        let [width, height] = self.setting.size_m;
         let mut along = |side: f64| {
             let place = short(self.between(0.0, side)).min(side);
             Finite::new(place).expect("sides are finite")
         };
-        let center_m = Xy { x: along(width), y: along(height) };
-        Disc { center_m, radius_m: Positive::new(radius_m).expect("sides are positive") }
+        Xy { x: along(width), y: along(height) }
+    }
+
+    /// A width of up to half of the arena's shorter side.
+    pub(super) fn width(&mut self) -> Option<Positive> {
+        let [width, height] = self.setting.size_m;
+        Positive::new(short(self.between(0.02, 0.5) * width.min(height)))
     }
 
     /// A robot of the scenario.

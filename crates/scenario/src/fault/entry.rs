@@ -17,7 +17,7 @@ pub(super) struct Entry<'a> {
 }
 
 impl Entry<'_> {
-    fn path(&self, key: &str) -> String {
+    pub(super) fn path(&self, key: &str) -> String {
         format!("fault.{}.{key}", self.index)
     }
 
@@ -49,9 +49,20 @@ impl Entry<'_> {
 
     /// Checks that a value is sensible, if it is there.
     pub(super) fn within(&self, key: &str, value: Option<f64>, most: f64) -> Result<(), Problem> {
-        let value = value.unwrap_or(0.0);
-        ensure(value.abs() <= most, || {
-            self.problem(&[key], format!("{key} = {value:e} is beyond -{most:e} to {most:e}"))
+        self.between(key, value, -most, most)
+    }
+
+    /// Checks that a value is not less than one bound and not more than the other, if it is there.
+    pub(super) fn between(
+        &self,
+        key: &str,
+        value: Option<f64>,
+        least: f64,
+        most: f64,
+    ) -> Result<(), Problem> {
+        let Some(value) = value else { return Ok(()) };
+        ensure((least..=most).contains(&value), || {
+            self.problem(&[key], format!("{key} = {value:e} is beyond {least:e} to {most:e}"))
         })
     }
 

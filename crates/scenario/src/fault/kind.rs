@@ -153,6 +153,8 @@ kinds! {
     motion::Motion,
     /// Packets carry a false reading or a false name.
     liar::Liar,
+    /// The sensory function φ changes.
+    field::Field,
 }
 
 impl FaultKind {
@@ -180,7 +182,7 @@ impl Fault {
         self.window.from_s.get()
     }
 
-    /// When it ends, seconds; `None` with the run.
+    /// When it ends, seconds; `None` with the run, or if its kind has no end.
     pub fn ends_s(&self) -> Option<f64> {
         self.window.until_s.map(NonNegative::get)
     }
@@ -216,9 +218,11 @@ impl Fault {
         path: &dyn Fn(&str) -> String,
         settling: &mut Settling<'_>,
     ) -> Result<(), Problem> {
-        let [from, until] = self.nature().window();
+        let (from, until) = self.nature().window();
         settling.settle(&path(from), 0, Some(&mut self.window.from_s))?;
-        settling.settle(&path(until), 0, self.window.until_s.as_mut())?;
+        if let Some(until) = until {
+            settling.settle(&path(until), 0, self.window.until_s.as_mut())?;
+        }
         self.kind.settle(path, settling)
     }
 }

@@ -1,5 +1,7 @@
 //! How kinds of faults fit into a plan: when they are at work, and what they strike.
 
+use std::iter;
+
 use crate::number::NonNegative;
 
 /// When a fault is at work.
@@ -7,7 +9,7 @@ use crate::number::NonNegative;
 pub struct Window {
     /// When it begins, seconds.
     pub from_s: NonNegative,
-    /// When it ends, seconds; `None` with the run. Who was killed is restarted then.
+    /// When it ends, seconds; `None` with the run, or if its kind has no end. Who was killed is restarted then.
     pub until_s: Option<NonNegative>,
 }
 
@@ -16,12 +18,23 @@ pub struct Window {
 pub struct Nature {
     /// Things that it strikes, and so the keys by which they are chosen.
     pub strikes: Strikes,
-    /// Whether it happens at `at_s`, and ends by being undone at `restart_at_s`; others last from `from_s` to `until_s`.
-    pub at_once: bool,
+    /// When it is at work, and so the keys of its window.
+    pub timing: Timing,
     /// Whether it may let a robot that speaks go unheard for a neighbor cycle.
     pub silences: bool,
     /// Whether no robot may be struck by two of its kind at once.
     pub exclusive: bool,
+}
+
+/// When a kind of fault is at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// From `from_s` to `until_s`.
+    Lasting,
+    /// At `at_s`, and at `restart_at_s`, if that is given, it is undone.
+    Undone,
+    /// At `at_s`, for good.
+    ForGood,
 }
 
 /// Things that a kind of fault strikes.
@@ -35,21 +48,33 @@ pub enum Strikes {
     ChosenRobots,
     /// Robots or packets that its own keys name.
     ByItsKeys,
+    /// Neither robots nor packets, but what is around them; its own keys say what.
+    Surroundings,
 }
 
 impl Nature {
     pub(super) const fn of(strikes: Strikes) -> Self {
-        Self { strikes, at_once: false, silences: false, exclusive: false }
+        Self { strikes, timing: Timing::Lasting, silences: false, exclusive: false }
     }
 
-    /// The keys of its window.
-    pub fn window(self) -> [&'static str; 2] {
-        if self.at_once { ["at_s", "restart_at_s"] } else { ["from_s", "until_s"] }
+    /// Whether it happens at `at_s`, all at once.
+    pub fn is_at_once(self) -> bool {
+        self.timing != Timing::Lasting
+    }
+
+    /// The keys of its window: when it begins, and when it ends, if it can.
+    pub fn window(self) -> (&'static str, Option<&'static str>) {
+        match self.timing {
+            Timing::Lasting => ("from_s", Some("until_s")),
+            Timing::Undone => ("at_s", Some("restart_at_s")),
+            Timing::ForGood => ("at_s", None),
+        }
     }
 
     /// The keys that kinds share and this one has.
     pub(super) fn keys(self) -> impl Iterator<Item = &'static str> {
-        self.window().into_iter().chain(self.strikes.keys().iter().copied())
+        let (from, until) = self.window();
+        iter::once(from).chain(until).chain(self.strikes.keys().iter().copied())
     }
 }
 
@@ -58,7 +83,7 @@ impl Strikes {
         match self {
             Self::Packets => &["robots", "region", "share", "pick", "direction", "links"],
             Self::Robots | Self::ChosenRobots => &["robots", "region", "share", "pick"],
-            Self::ByItsKeys => &[],
+            Self::ByItsKeys | Self::Surroundings => &[],
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The setting of a fault plan: the scenario that it strikes, as far as faults ask.
 
 use crate::controller::Controller;
+use crate::light::LightSpec;
 use crate::number::Positive;
 use crate::steps;
 
@@ -16,10 +17,14 @@ pub(crate) struct Setting<'a> {
     pub(crate) ticks: u64,
     /// Width and height of the arena, meters.
     pub(crate) size_m: [f64; 2],
-    /// Whether the field has lamps.
-    pub(crate) has_lamps: bool,
+    /// How many lamps the field has.
+    pub(crate) lamps: usize,
+    /// How many Gaussians the field has.
+    pub(crate) gaussians: usize,
     /// Largest reading of a light sensor, about.
     pub(crate) counts_max: f64,
+    /// The light sensors.
+    pub(crate) light: &'a LightSpec,
     /// Longest payload, bytes.
     pub(crate) payload_bytes_max: u8,
     /// Controllers, and their robots.
@@ -33,6 +38,11 @@ pub(crate) struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// Whether the field has lamps.
+    pub(super) fn has_lamps(&self) -> bool {
+        self.lamps > 0
+    }
+
     /// Whether laws of the paper think for all robots.
     pub(crate) fn has_laws_alone(&self) -> bool {
         self.controllers.iter().all(|controller| controller.law().is_some())

@@ -109,7 +109,7 @@ impl CommonKeys {
     /// The keys of a fault, with every default.
     fn of(fault: &Fault) -> Self {
         let mut keys = Self::default();
-        let (from_s, until_s) = match fault.nature().at_once {
+        let (from_s, until_s) = match fault.nature().is_at_once() {
             true => (&mut keys.at_s, &mut keys.restart_at_s),
             false => (&mut keys.from_s, &mut keys.until_s),
         };
@@ -132,7 +132,7 @@ impl CommonKeys {
     }
 
     fn window(&self, path: &str, kind: FaultKind) -> Result<Window, Problem> {
-        if kind.nature().at_once {
+        if kind.nature().is_at_once() {
             let from_s = self.at_s.ok_or_else(|| needs(path, kind.name(), "at_s"))?;
             return Ok(Window { from_s, until_s: self.restart_at_s });
         }
@@ -163,7 +163,7 @@ impl CommonKeys {
         };
         let choice = Choice { robots: self.robots, region: self.region, share };
         match kind.nature().strikes {
-            Strikes::ByItsKeys => Ok(Target::ByItsKeys),
+            Strikes::ByItsKeys | Strikes::Surroundings => Ok(Target::ByItsKeys),
             Strikes::Packets => Ok(Target::Packets(choice, self.direction.unwrap_or_default())),
             Strikes::ChosenRobots if choice == Choice::default() => {
                 let name = kind.name();
@@ -213,7 +213,7 @@ impl JsonSchema for Fault {
             );
             keys.extend(properties(&schema));
             let own = schema.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
-            let at = kind.nature().at_once.then(|| "at_s".into());
+            let at = kind.nature().is_at_once().then(|| "at_s".into());
             schema.insert("properties".into(), keys.into());
             schema.insert("required".into(), ["kind".into()].into_iter().chain(at).chain(own).collect());
             schema

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::drawer::Drawer;
 use crate::fault::entry::Entry;
-use crate::fault::nature::{Nature, Strikes, Window};
+use crate::fault::nature::{Nature, Strikes, Timing, Window};
 use crate::fault::parameters::Parameters;
 use crate::number::Share;
 use crate::problem::{Problem, ensure};
@@ -21,7 +21,8 @@ pub struct Kill {
 
 impl Parameters for Kill {
     // Their silence is no loss: they do not speak.
-    const NATURE: Nature = Nature { at_once: true, exclusive: true, ..Nature::of(Strikes::ChosenRobots) };
+    const NATURE: Nature =
+        Nature { timing: Timing::Undone, exclusive: true, ..Nature::of(Strikes::ChosenRobots) };
 
     fn check(&self, entry: &Entry<'_>) -> Result<(), Problem> {
         ensure(self.restart_share.is_none() || entry.gives("restart_at_s"), || {
