@@ -3,10 +3,9 @@
 //! In:  a plan of faults that are each well-formed, and its setting. Out: the first [`Problem`], with its keys.
 
 use super::entry::Entry;
-use super::kind::{Fault, FaultKind, Field};
-use super::parameters::Parameters;
+use super::kind::Fault;
 use super::setting::Setting;
-use super::target::{Pick, Target};
+use super::target::Pick;
 use crate::problem::{Problem, ensure, problem};
 use crate::robot_set::Link;
 
