@@ -17,6 +17,7 @@ mod name;
 mod new;
 mod outcome;
 mod python;
+mod recorded_run;
 mod replay;
 mod report;
 mod run;

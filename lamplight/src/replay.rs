@@ -2,28 +2,30 @@
 
 mod robot;
 
-use std::{
-    fs::File,
-    io::BufReader,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow};
 use clap::Args;
 use engine::{Observer, ObserverError, StopFlag, TickView};
 use logging::Format;
 use observe::progress::Meter;
 use processes::signals::{exit_status, raise_on_stop};
 use protocol::{percept::Tick, setup::Mode};
-use recording::{
-    Entry, FORMAT, Reader, Topic,
-    lamplight::{Act, End, Run, Tick as RecordedTick},
-};
-use scenario::{Scenario, ScenarioError};
+use recording::lamplight::{End, Run, Tick as RecordedTick};
+use scenario::Scenario;
 use serde_json::Value;
 use ::view::Server;
 
-use crate::{failure::Failure, in_process, limits, log, status::Status, stdout::say, view, view::ViewOptions, workshop::Workshop};
+use crate::{
+    failure::Failure,
+    in_process, limits, log,
+    recorded_run::{Recording, Step},
+    status::Status,
+    stdout::say,
+    view,
+    view::ViewOptions,
+    workshop::Workshop,
+};
 
 /// How often the live line is brought up to date, ticks.
 const SHOW_EVERY: Tick = 100;
@@ -66,51 +68,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<Status, Failure> {
     }
 }
 
-/// Messages of a recording, whose first says what it is of.
-struct Recording {
-    path: PathBuf,
-    run: Run,
-    entries: Reader<BufReader<File>>,
-}
-
 impl Recording {
-    fn open(path: &Path) -> anyhow::Result<Self> {
-        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let mut recording =
-            Self { path: path.into(), run: Run::default(), entries: Reader::new(BufReader::new(file)) };
-        let first = recording.next()?.filter(|entry| entry.topic == Topic::Run);
-        let Some(first) = first else {
-            bail!("{} is no recording of a run, or was cut before its first second", path.display());
-        };
-        recording.run = recording.named(first.message())?;
-        match recording.run.format {
-            FORMAT => Ok(recording),
-            other => bail!(
-                "{} has format {other}, and this program (lamplight {}) reads {FORMAT}; it was recorded by lamplight {}",
-                path.display(),
-                env!("CARGO_PKG_VERSION"),
-                recording.run.lamplight
-            ),
-        }
-    }
-
-    fn next(&mut self) -> anyhow::Result<Option<Entry>> {
-        let next = self.entries.next_entry();
-        self.named(next)
-    }
-
-    /// The next tick, or how the run ended; `None` if the recording was cut.
-    fn next_tick(&mut self) -> anyhow::Result<Option<Step>> {
-        while let Some(entry) = self.next()? {
-            match entry.topic {
-                Topic::Ticks => return self.named(entry.message()).map(|tick| Some(Step::Tick(tick))),
-                Topic::End => return self.named(entry.message()).map(|end| Some(Step::End(end))),
-                _ => {}
-            }
-        }
-        Ok(None)
-    }
-
     /// Compares the next tick with what it is now, if there is one and it is not the same.
     fn compare(&mut self, tick: Tick, hashes: &[u64]) -> anyhow::Result<Option<Verdict>> {
         let recorded = match self.next_tick()? {
@@ -130,35 +88,6 @@ impl Recording {
         let what = |robot| format!("in tick {tick} robot {robot} is another than was recorded");
         Ok(robot.map(|robot| Verdict::Different(what(robot))))
     }
-
-    fn named<T>(&self, outcome: Result<T, recording::ReadError>) -> anyhow::Result<T> {
-        outcome.with_context(|| self.path.display().to_string())
-    }
-
-    /// The scenario, as this program understands it.
-    fn scenario(&self) -> Result<Scenario, ScenarioError> {
-        Scenario::recorded(&self.path.display().to_string(), &self.run.scenario)
-    }
-
-    /// The scenario with what was done to the run as part of its fault plan.
-    fn scenario_with_acts(&self) -> Result<Scenario, Failure> {
-        let mut acted = None;
-        let mut again = Self::open(&self.path).map_err(Failure::Usage)?;
-        while let Some(entry) = again.next().map_err(Failure::Usage)? {
-            if entry.topic == Topic::Acts {
-                let act: Act = again.named(entry.message()).map_err(Failure::Usage)?;
-                acted = act.scenario.or(acted);
-            }
-        }
-        let text = acted.unwrap_or_else(|| self.run.scenario.clone());
-        Scenario::recorded(&self.path.display().to_string(), &text).map_err(Failure::usage)
-    }
-}
-
-/// A step of a recording.
-enum Step {
-    Tick(RecordedTick),
-    End(End),
 }
 
 /// Describes a recording for a person.

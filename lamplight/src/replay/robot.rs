@@ -11,8 +11,8 @@ use recording::{
 use scenario::{ProcessAction, ProcessFault, Scenario};
 use squad::Squad;
 
-use super::{Recording, SHOW_EVERY, Verdict};
-use crate::in_process;
+use super::{SHOW_EVERY, Verdict};
+use crate::{in_process, recorded_run::Recording};
 
 /// A robot, alone with its percepts.
 struct Alone<'a> {
