@@ -8,6 +8,7 @@ mod check;
 mod children;
 mod clean;
 mod ctl;
+mod export;
 mod failure;
 mod fuzz;
 mod in_process;
@@ -87,6 +88,14 @@ enum Command {
     /// Exit status: 0, also if the recording was cut and what it holds is what happens; 1 if it is not, or cannot be
     /// found out; 2 for a file that is no recording, or cannot be verified; 130 after Ctrl-C.
     Replay(replay::ReplayArgs),
+    /// Export a recording for the tools of ROS 2: `ros2 bag`, RViz, PlotJuggler
+    ///
+    /// A recording is DIR/run.mcap of `lamplight run --record --out DIR`; one that was cut is exported up to there, which is said.
+    /// Written are time (/clock), a frame per robot (/tf: world to robot_0, robot_1 and so on), poses (/robots), bodies and cells
+    /// (/scene) and metrics (/metrics/...), in meters and at virtual time. A folder that is not empty is left alone, and
+    /// nothing half made is left behind. Exit status: 0, also if the recording was cut; 1 if the export cannot be written; 2 for a file
+    /// that is no recording, or a folder that is not empty; 130 after Ctrl-C.
+    Export(export::ExportArgs),
     /// Report on a run or a batch: figures and one page that opens offline, DIR/report.html
     ///
     /// Writes DIR/report.html and DIR/figures/*.svg, and says where the page is. The same folder gives the same
@@ -154,6 +163,7 @@ fn obey(command: Command) -> Result<Status, Failure> {
         Command::Shrink(args) => shrink::shrink(&args),
         Command::Fuzz(args) => fuzz::fuzz(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Export(args) => export::export(&args),
         Command::Report(args) => report::report(&args),
         Command::Top(args) => top::top(&args),
         Command::View(args) => view::view(&args),

@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, bail};
 use recording::{
-    Entry, FORMAT, Reader, Topic,
+    Entry, FORMAT, ReadError, Reader, Topic,
     lamplight::{Act, End, Run, Tick},
 };
 use scenario::{Scenario, ScenarioError};
@@ -62,7 +62,17 @@ impl Recording {
         Ok(None)
     }
 
-    pub(crate) fn named<T>(&self, outcome: Result<T, recording::ReadError>) -> anyhow::Result<T> {
+    /// Whether it ended before its end, once it has.
+    pub(crate) fn is_cut(&self) -> bool {
+        self.entries.cut().is_some()
+    }
+
+    /// An error of one of its messages, with its name.
+    pub(crate) fn fault(&self, error: ReadError) -> anyhow::Error {
+        anyhow::Error::from(error).context(self.path.display().to_string())
+    }
+
+    pub(crate) fn named<T>(&self, outcome: Result<T, ReadError>) -> anyhow::Result<T> {
         outcome.with_context(|| self.path.display().to_string())
     }
 
