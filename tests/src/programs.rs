@@ -150,6 +150,24 @@ impl Run {
     }
 }
 
+/// Records a run of `scenario` with `args` in a folder of its own in `folder`. Returns its summary and the recording.
+///
+/// # Panics
+/// If it does not end with status 0.
+pub fn recorded(folder: &TempDir, scenario: &Path, args: &[&str]) -> (Value, PathBuf) {
+    let out = folder
+        .path()
+        .join(format!("out-{}", fs::read_dir(folder.path()).expect("the folder is there").count()));
+    let output = lamplight(["run", "--quiet", "--json", "--record", "--out"])
+        .arg(&out)
+        .arg(scenario)
+        .args(args)
+        .output()
+        .expect("lamplight starts");
+    assert!(output.status.success(), "{}", said(&output));
+    (serde_json::from_slice(&output.stdout).expect("a summary is JSON"), out.join("run.mcap"))
+}
+
 /// `command` with its arguments, before the program that it shall run; `None`, and a line that says so, where it does
 /// not run even `true`: it is not installed, or not allowed to.
 pub fn under(command: &[&str]) -> Option<Command> {

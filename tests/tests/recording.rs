@@ -4,7 +4,7 @@
 
 use std::{
     fs::{self, File},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Output, Stdio},
 };
 
@@ -15,23 +15,10 @@ use recording::{
 };
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use tempfile::TempDir;
 use tests::{
     live::wait_until,
-    programs::{interpreter, lamplight, program, said, scenario},
+    programs::{interpreter, lamplight, program, recorded, said, scenario},
 };
-
-fn recorded(folder: &TempDir, scenario: &Path, args: &[&str]) -> (Value, PathBuf) {
-    let out = folder.path().join(format!("out-{}", fs::read_dir(folder.path()).unwrap().count()));
-    let output = lamplight(["run", "--quiet", "--json", "--record", "--out"])
-        .arg(&out)
-        .arg(scenario)
-        .args(args)
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", said(&output));
-    (serde_json::from_slice(&output.stdout).unwrap(), out.join("run.mcap"))
-}
 
 fn replay(file: &Path, args: &[&str]) -> Output {
     lamplight(["replay", "--quiet"]).args(args).arg(file).output().unwrap()
