@@ -195,9 +195,8 @@ fn ending(run: &RunDir, robot: u32, kind: FaultKind) -> Result<Act, Failure> {
         let ends = fault.ends_s().map_or(u64::MAX, |ends_s| scenario.tick_at(ends_s));
         (scenario.tick_at(fault.begins_s())..ends).contains(&tick)
     };
-    let of_robot = |fault: &scenario::Fault| {
-        fault.kind.kind() == kind && is_active(fault) && strikes(&fault.target)
-    };
+    let of_robot =
+        |fault: &scenario::Fault| fault.kind.kind() == kind && is_active(fault) && strikes(&fault.target);
     match scenario.fault.iter().rposition(of_robot) {
         Some(fault) => Ok(Act::End { fault }),
         None => Err(Failure::Usage(anyhow!(

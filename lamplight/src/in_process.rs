@@ -103,9 +103,7 @@ pub(crate) fn squad(scenario: &Scenario) -> Result<Box<dyn Squad>, SquadError> {
 /// A controller for each of these robots alone.
 pub(crate) fn squad_of(scenario: &Scenario, robots: Range<u32>) -> Result<Box<dyn Squad>, SquadError> {
     let everyone = 0..scenario.robot_count();
-    if let Some(setups) =
-        everyone.map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>()
-    {
+    if let Some(setups) = everyone.map(|robot| scenario.coverage_setup(robot)).collect::<Option<Vec<_>>>() {
         let new = move |id: RobotId| Ok(CoverageController::new(id, setups[id.index as usize]));
         return Ok(Box::new(InProcess::new(scenario, robots, new)));
     }

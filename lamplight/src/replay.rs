@@ -4,6 +4,7 @@ mod robot;
 
 use std::path::{Path, PathBuf};
 
+use ::view::Server;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use engine::{Observer, ObserverError, StopFlag, TickView};
@@ -14,7 +15,6 @@ use protocol::{percept::Tick, setup::Mode};
 use recording::lamplight::{End, Run, Tick as RecordedTick};
 use scenario::Scenario;
 use serde_json::Value;
-use ::view::Server;
 
 use crate::{
     failure::Failure,

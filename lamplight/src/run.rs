@@ -6,6 +6,7 @@ use std::{
     sync::Arc,
 };
 
+use ::view::{Server, Serving};
 use anyhow::{Context, anyhow};
 use arena::{
     Arena, placement,
@@ -31,7 +32,6 @@ use protocol::setup::Mode;
 use scenario::{RobotSet, Scenario, ScenarioError};
 use signal_hook::consts::SIGTERM;
 use transport::run_dir::{RunDir, RunName};
-use ::view::Server;
 
 use crate::{
     failure::Failure,
@@ -231,10 +231,10 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
     let page = args.view.view.map(Server::bind).transpose().map_err(Failure::usage)?;
     let watch = Watch::begin().map_err(Failure::Run)?;
     let (run, owner) = RunDir::create(name).map_err(Failure::usage)?;
-    if let Some(page) = page {
-        view::serve(page, view::of_run(&run, scenario.clone(), args.options.play.mode())?)?;
-    }
+    let shown = |page| view::serve(page, view::of_run(&run, scenario.clone(), args.options.play.mode())?);
+    let page = page.map(shown).transpose()?;
     let outcome = supervised(args, scenario, &run, &watch);
+    page.map(Serving::end);
     let removed = run.remove_own(owner).map_err(Failure::run);
     outcome.and_then(|outcome| removed.map(|()| outcome))
 }

@@ -16,7 +16,7 @@ use processes::signals::{exit_status, raise_on_stop};
 use protocol::setup::Mode;
 use scenario::Scenario;
 use transport::run_dir::{RunDir, RunName};
-use view::{About, Server, Show, ViewAddr};
+use view::{About, Server, Serving, Show, ViewAddr};
 
 use crate::{failure::Failure, log, status::Status, top};
 
@@ -86,12 +86,12 @@ pub(crate) fn of_recording(
 }
 
 /// Serves the page beside what this process does, and says where.
-pub(crate) fn serve(server: Server, show: Show) -> Result<(), Failure> {
+pub(crate) fn serve(server: Server, show: Show) -> Result<Serving, Failure> {
     let url = server.url();
-    server.serve(show).map_err(|error| Failure::Run(anyhow!(error)))?;
+    let serving = server.serve(show).map_err(|error| Failure::Run(anyhow!(error)))?;
     // To be seen with --quiet too: without it nobody finds the page.
     let _ = writeln!(io::stderr(), "page: {url}");
-    Ok(())
+    Ok(serving)
 }
 
 /// Serves the page until somebody has seen enough.

@@ -14,12 +14,21 @@ fn ctl(run: &LiveRun, args: &[&str]) -> Output {
     lamplight(["ctl", &run.name]).args(args).output().unwrap()
 }
 
-/// Does it; returns the tick it takes effect at.
-fn done(run: &LiveRun, args: &[&str]) -> u64 {
+/// What is said of an act: `from tick 7 on: fault 2 of its plan`.
+fn told(run: &LiveRun, args: &[&str]) -> Vec<String> {
     let output = ctl(run, args);
     assert!(output.status.success(), "{args:?}: {}", said(&output));
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.split_whitespace().nth(2).and_then(|tick| tick.parse().ok()).unwrap_or_else(|| panic!("{text}"))
+    String::from_utf8(output.stdout).unwrap().split_whitespace().map(Into::into).collect()
+}
+
+/// Does it; returns the tick it takes effect at.
+fn done(run: &LiveRun, args: &[&str]) -> u64 {
+    told(run, args)[2].parse().unwrap()
+}
+
+/// Begins a fault; returns its number.
+fn begun(run: &LiveRun, args: &[&str]) -> String {
+    told(run, args)[5].clone()
 }
 
 fn refused(run: &LiveRun, args: &[&str]) -> String {
@@ -55,12 +64,12 @@ fn what_is_done_to_a_run_is_saved_as_a_scenario_of_the_same_digest() {
     assert_eq!(stepped, held + 4, "held again after four");
     done(&run, &["restart", "7"]);
     done(&run, &["continue", "11"]);
-    done(&run, &["drop", "5"]);
+    let dropping = begun(&run, &["drop", "5"]);
     done(&run, &["drop-link", "1<->2"]);
     done(&run, &["jam", "1.2", "1", "0.3"]);
     done(&run, &["fault", "kind = \"slow\", delay_s = 0.2, robots = \"15\""]);
     let last = done(&run, &["resume"]);
-    let end = done(&run, &["end", "3"]);
+    let end = done(&run, &["end", &dropping]);
     assert!(end >= last);
     done(&run, &["pause"]);
     let kept = lamplight(["ctl", &run.name, "save"]).arg(&saved).output().unwrap();
@@ -81,10 +90,13 @@ fn what_is_done_to_a_run_is_saved_as_a_scenario_of_the_same_digest() {
     assert_eq!(faults[1]["effects"]["robots paused"], 3);
     let digest = summary["digest"].as_str().unwrap();
     assert_eq!(digest_of(&saved), digest, "as it was saved");
-    let recording = files.unwrap().file("run.mcap");
-    for (args, told) in [(&[][..], "ticks are as recorded"), (&["--robot", "7"], "answers of robot 7 are as recorded")]
+    let files = files.unwrap();
+    let recording = files.file("run.mcap");
+    for (args, told) in
+        [(&[][..], "ticks are as recorded"), (&["--robot", "7"], "answers of robot 7 are as recorded")]
     {
-        let verified = lamplight(["replay", "--quiet", "--verify"]).args(args).arg(&recording).output().unwrap();
+        let verified =
+            lamplight(["replay", "--quiet", "--verify"]).args(args).arg(&recording).output().unwrap();
         assert!(verified.status.success(), "{}", said(&verified));
         assert!(said(&verified).contains(told), "{}", said(&verified));
     }
@@ -101,7 +113,7 @@ fn acts_that_cannot_be_are_refused_and_the_run_goes_on() {
         (&["move-lamp", "7", "0", "0"], "lamp"),
         (&["fault", "kind = \"kil\""], "unknown variant"),
         (&["fault", "kind = \"kill\", robots = \"1\", at_s = 3"], "leave it out"),
-        (&["fault", "kind = "], "kind = "),
+        (&["fault", "kind = "], "kind ="),
         (&["speed", "0"], "more than 0"),
         (&["step", "0"], "0"),
     ] {

@@ -129,7 +129,10 @@ fn only_who_has_the_token_sees_the_page() {
     let host = ("Host", page.host.as_str());
     let entered = page.ask(&format!("/?token={}", page.token), &[host]);
     assert!(entered.starts_with("HTTP/1.1 303"), "{entered}");
-    assert!(entered.to_lowercase().contains("samesite=strict") && entered.contains(&page.cookie()), "{entered}");
+    assert!(
+        entered.to_lowercase().contains("samesite=strict") && entered.contains(&page.cookie()),
+        "{entered}"
+    );
     let cookie = page.cookie();
     let shown = page.ask("/", &[host, ("Cookie", &cookie)]);
     assert!(shown.starts_with("HTTP/1.1 200") && shown.contains("<!doctype html>"), "{shown}");
@@ -185,7 +188,9 @@ fn a_page_sees_the_swarm_think_and_acts_upon_it() {
     assert!(saved["text"].as_str().unwrap().contains("kind = \"kill\""));
     page.told.remove("events");
     page.act(&json!({ "do": "step", "ticks": 2 }));
-    page.read_until(|page| page.told.get("events").is_some_and(|events| events.to_string().contains("strikes")));
+    page.read_until(|page| {
+        page.told.get("events").is_some_and(|events| events.to_string().contains("strikes"))
+    });
     page.read_until(|page| page.told["faults"]["faults"][0]["fired_tick"] == held["tick"]);
     page.act(&json!({ "do": "speed", "factor": null }));
     page.act(&json!({ "do": "resume" }));
@@ -275,7 +280,11 @@ fn an_address_that_is_taken_is_said_before_anything_begins() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    assert!(said(&output).contains(&address) && said(&output).contains("choose another port"), "{}", said(&output));
+    assert!(
+        said(&output).contains(&address) && said(&output).contains("choose another port"),
+        "{}",
+        said(&output)
+    );
     let output =
         lamplight(["run", "--view", "--engine", "in-process"]).arg(scenario("swarmbots")).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
@@ -308,12 +317,13 @@ impl Drop for Serving {
 fn a_recording_plays_at_any_speed_from_any_time() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let recorded = lamplight(["run", "--quiet", "--engine", "in-process", "--record=full", "--duration", "20"])
-        .args(["--set", "fault=[{ kind = \"kill\", at_s = 4, robots = \"5\" }]", "--out"])
-        .arg(&out)
-        .arg(scenario("swarmbots"))
-        .output()
-        .unwrap();
+    let recorded =
+        lamplight(["run", "--quiet", "--engine", "in-process", "--record=full", "--duration", "20"])
+            .args(["--set", "fault=[{ kind = \"kill\", at_s = 4, robots = \"5\" }]", "--out"])
+            .arg(&out)
+            .arg(scenario("swarmbots"))
+            .output()
+            .unwrap();
     assert!(recorded.status.success(), "{}", said(&recorded));
     let serving = Serving::start(&["replay", "--view"], &out.join("run.mcap"));
     let mut page = serving.address.open();

@@ -227,7 +227,9 @@ impl Run<'_, '_> {
             Act::Pause | Act::Resume | Act::Step { .. } | Act::Speed { .. }
                 if self.plan.mode == Mode::Realtime =>
             {
-                return Err("robots in real time have clocks of their own, which cannot be held or hurried".into());
+                return Err(
+                    "robots in real time have clocks of their own, which cannot be held or hurried".into()
+                );
             }
             Act::Pause => {
                 self.hold.pause();
@@ -243,7 +245,9 @@ impl Run<'_, '_> {
                 (format!("ticks pass up to {}, and are held then", tick.saturating_add(ticks - 1)), None)
             }
             Act::Speed { factor: Some(factor) } if !(factor > 0.0 && factor.is_finite()) => {
-                return Err(format!("{factor} is no speed: give virtual seconds per real second, more than 0"));
+                return Err(format!(
+                    "{factor} is no speed: give virtual seconds per real second, more than 0"
+                ));
             }
             Act::Speed { factor } => {
                 pace.set_factor(factor, Moment::now());

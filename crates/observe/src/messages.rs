@@ -138,10 +138,7 @@ impl NoteTaker {
                 self.fired[fault] = true;
                 let Line { kind, .. } = line;
                 let name = kind.name();
-                tell(Note::Fault(
-                    time_ns,
-                    lamplight::Fault { tick, fault: fault as u32, kind: name.into() },
-                ));
+                tell(Note::Fault(time_ns, lamplight::Fault { tick, fault: fault as u32, kind: name.into() }));
                 tell(Note::Log(time_ns, Level::Info, format!("fault {fault} ({name}) strikes")));
             }
         }

@@ -61,11 +61,7 @@ impl Percepts {
         self.heard.push(percept.deliveries.len() as u32);
         for delivery in &percept.deliveries {
             add_packet(&mut self.packets, &delivery.packet.view(percept.payload(delivery)));
-            self.measured.extend([
-                delivery.range.get(),
-                delivery.bearing.get(),
-                delivery.orientation.get(),
-            ]);
+            self.measured.extend([delivery.range.get(), delivery.bearing.get(), delivery.orientation.get()]);
         }
     }
 
@@ -207,15 +203,8 @@ struct Columns<'a> {
 
 impl Columns<'_> {
     fn is_read_to_its_end(&self) -> bool {
-        let numbers = [
-            self.stimuli,
-            self.odometry,
-            self.compass,
-            self.position,
-            self.walls,
-            self.field,
-            self.measured,
-        ];
+        let numbers =
+            [self.stimuli, self.odometry, self.compass, self.position, self.walls, self.field, self.measured];
         self.packets.is_empty() && numbers.iter().all(|column| column.is_empty())
     }
 }
@@ -314,11 +303,7 @@ mod tests {
         percept.walls.push(Wall { distance: Meters::new(1.0).unwrap(), bearing: heading });
         percept.field.extend([
             FieldComponent::Constant(3.0),
-            FieldComponent::Lamp {
-                position: BodyVector::new(1.0, 2.0),
-                peak: 500.0,
-                half_distance_m: 0.5,
-            },
+            FieldComponent::Lamp { position: BodyVector::new(1.0, 2.0), peak: 500.0, half_distance_m: 0.5 },
         ]);
         percept
     }

@@ -10,8 +10,9 @@ use prost::Message;
 
 use crate::topic::Topic;
 
-/// Descriptions of all messages, for readers.
-const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));
+/// Descriptions of messages, for readers: Foxglove's, and ours.
+const FOXGLOVE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin"));
+const LAMPLIGHT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/lamplight.bin"));
 
 /// Bytes of messages in a chunk: as much is lost at most where the disk is full.
 const CHUNK_BYTES: u64 = 256 << 10;
@@ -50,7 +51,8 @@ impl<W: Write + Seek> Writer<W> {
         let mut file = options.create(file).map_err(WriteError)?;
         let mut channels = BTreeMap::new();
         for topic in Topic::ALL {
-            let schema = file.add_schema(topic.schema(), "protobuf", DESCRIPTORS).map_err(WriteError)?;
+            let descriptors = if topic.schema().starts_with("lamplight.") { LAMPLIGHT } else { FOXGLOVE };
+            let schema = file.add_schema(topic.schema(), "protobuf", descriptors).map_err(WriteError)?;
             let channel = file.add_channel(schema, topic.name(), "protobuf", &BTreeMap::new());
             channels.insert(topic, channel.map_err(WriteError)?);
         }

@@ -114,7 +114,8 @@ impl Door {
     pub(crate) fn admits(&self, headers: &HeaderMap) -> Result<(), Refusal> {
         self.knows_place(headers)?;
         let cookies = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
-        let mut pairs = cookies.flat_map(|cookies| cookies.split(';')).filter_map(|it| it.trim().split_once('='));
+        let mut pairs =
+            cookies.flat_map(|cookies| cookies.split(';')).filter_map(|it| it.trim().split_once('='));
         let name = self.cookie();
         match pairs.any(|(key, value)| key == name && self.token.is(value)) {
             true => Ok(()),

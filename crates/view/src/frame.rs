@@ -78,9 +78,7 @@ pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
     let mut bytes = Bytes(Vec::with_capacity(64 + robots * 160 + edges.len() * 9));
     bytes.u32(VERSION);
     let section = |flag, is_there| if is_there { flag } else { 0 };
-    bytes.u32(
-        section(CELLS, has_cells) | section(EDGES, has_edges) | section(GLOBAL, shown.global) | ERRORS,
-    );
+    bytes.u32(section(CELLS, has_cells) | section(EDGES, has_edges) | section(GLOBAL, shown.global) | ERRORS);
     bytes.f64(swarm.tick as f64);
     bytes.f64(swarm.time_s);
     bytes.u32(robots as u32);

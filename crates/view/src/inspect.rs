@@ -8,7 +8,7 @@ use crate::{
     picture::area,
     swarm::Swarm,
     tell,
-    wire::{CellOf, CommandOf, NeighborOf, Note, PoseOf, Robot},
+    wire::{Bin, CellOf, CommandOf, CyclesOf, NeighborOf, Note, PoseOf, Robot},
 };
 
 /// Robot `robot`; `None` if there is no such one, or it is nowhere yet. `names` are those of the controllers.
@@ -41,7 +41,24 @@ pub(crate) fn robot<'a>(swarm: &'a mut Swarm, names: &'a [String], robot: u32) -
         neighbors: percept.map_or(Vec::new(), |percept| neighbors(swarm, robot, percept)),
         cell: cell.flatten(),
         notes: notes.map(|(name, value)| Note { name, value: *value }).collect(),
+        cycles: cycles(swarm, at),
     })
+}
+
+/// Cycles up to these times are counted together, microseconds.
+const BINS_US: [f64; 14] =
+    [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, f64::MAX];
+
+fn cycles(swarm: &Swarm, robot: usize) -> Option<CyclesOf> {
+    let told = swarm.snapshot.as_ref()?.robots.get(robot)?.cycles?;
+    let seen = swarm.cycles_us.get(robot)?;
+    let bin = |(at, &up_to_us): (usize, &f64)| {
+        let from_us = at.checked_sub(1).map_or(0.0, |before| BINS_US[before]);
+        let count = seen.iter().filter(|&&us| from_us < us && us <= up_to_us).count() as u32;
+        Bin { up_to_us, count }
+    };
+    let histogram = BINS_US.iter().enumerate().map(bin).collect();
+    Some(CyclesOf { last_us: told.last_us, p99_us: told.p99_us, histogram })
 }
 
 /// Neighbors that the robot's controller remembers; where that is not of the paper, those of its last percept.
@@ -66,9 +83,7 @@ fn neighbors(swarm: &Swarm, robot: u32, percept: &Percept) -> Vec<NeighborOf> {
                 told(&neighbor.delivery, percept.tick.saturating_sub(neighbor.heard), payload)
             })
             .collect(),
-        None => {
-            percept.deliveries.iter().map(|heard| told(heard, 0, Some(percept.payload(heard)))).collect()
-        }
+        None => percept.deliveries.iter().map(|heard| told(heard, 0, Some(percept.payload(heard)))).collect(),
     }
 }
 

@@ -75,13 +75,14 @@ impl Live {
             if let Ok(snapshot) = socket::ask(&self.run.live_path()) {
                 if looked.is_none_or(|looked| looked.elapsed() >= LOOK_AT_CPU) {
                     looked = Some(Instant::now());
-                    let pids = || snapshot.robots.iter().filter_map(|robot| Some((robot.id.index, robot.pid?)));
+                    let pids =
+                        || snapshot.robots.iter().filter_map(|robot| Some((robot.id.index, robot.pid?)));
                     let shares = cpu.shares(pids().map(|(_, pid)| pid));
                     let of_robots = pids().filter_map(|(robot, pid)| Some((robot, *shares.get(&pid)?)));
                     let of_robots = of_robots.collect();
                     self.hub.swarm().cpu = of_robots;
                 }
-                self.hub.swarm().snapshot = Some(snapshot);
+                self.hub.swarm().look(snapshot);
             }
             thread::sleep(LOOK);
         }

@@ -39,7 +39,10 @@ impl Pictures {
 /// Points of a body's frame, in the arena.
 fn outside([x, y, heading]: &[f64; 3], points: &[nalgebra::Vector2<f64>]) -> Vec<Place> {
     let (sin, cos) = heading.sin_cos();
-    points.iter().map(|point| [x + cos * point.x - sin * point.y, y + sin * point.x + cos * point.y]).collect()
+    points
+        .iter()
+        .map(|point| [x + cos * point.x - sin * point.y, y + sin * point.x + cos * point.y])
+        .collect()
 }
 
 /// Area of a polygon whose corners go counter-clockwise.

@@ -87,7 +87,11 @@ impl Playback {
                 Err(error) => {
                     let mut swarm = self.hub.swarm();
                     let time_s = swarm.time_s;
-                    swarm.add_event(time_s, EventKind::End, format!("the recording cannot be read on: {error}"));
+                    swarm.add_event(
+                        time_s,
+                        EventKind::End,
+                        format!("the recording cannot be read on: {error}"),
+                    );
                 }
             }
             self.hub.swarm().is_over = true;
@@ -178,7 +182,9 @@ impl Source for Playback {
             PageAct::Run(Act::Speed { factor }) if factor.is_none_or(|it| it > 0.0 && it.is_finite()) => {
                 control.speed = factor;
             }
-            PageAct::Seek(_) | PageAct::Run(Act::Speed { .. }) => return Err("that is no number to go by".into()),
+            PageAct::Seek(_) | PageAct::Run(Act::Speed { .. }) => {
+                return Err("that is no number to go by".into());
+            }
             PageAct::Run(_) => return Err("a recording is what has happened".into()),
         }
         control.version += 1;

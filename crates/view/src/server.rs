@@ -22,7 +22,7 @@ use axum::{
 use crate::{
     door::{Door, Refusal, Token},
     page,
-    session::{self, Show, Source},
+    session::{self, Show, Source, Untold},
 };
 
 /// Most pages at once; one more is turned away.
@@ -91,6 +91,7 @@ struct Shared {
     door: Door,
     source: Arc<dyn Source>,
     clients: Arc<AtomicUsize>,
+    untold: Untold,
 }
 
 impl Server {
@@ -113,11 +114,12 @@ impl Server {
     ///
     /// # Errors
     /// If no thread can be made for it.
-    pub fn serve(self, Show(source): Show) -> Result<(), ServeError> {
+    pub fn serve(self, Show(source): Show) -> Result<Serving, ServeError> {
         let Self { listener, address, token } = self;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let door = Door { token, port: address.port() };
-        let shared = Shared { door, source, clients: Arc::default() };
+        let untold = Untold::default();
+        let shared = Shared { door, source, clients: Arc::default(), untold: untold.clone() };
         let app = Router::new().route("/stream", any(stream)).fallback(file).with_state(shared);
         thread::Builder::new().name("page".into()).spawn(move || {
             runtime.block_on(async {
@@ -130,7 +132,18 @@ impl Server {
                 }
             });
         })?;
-        Ok(())
+        Ok(Serving(untold))
+    }
+}
+
+/// A page that is served.
+#[derive(Debug)]
+pub struct Serving(Untold);
+
+impl Serving {
+    /// What is shown is over: waits until open pages have been told, a second at most.
+    pub fn end(self) {
+        self.0.wait();
     }
 }
 
@@ -181,10 +194,12 @@ async fn stream(State(shared): State<Shared>, request: Request) -> Response {
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     }
     let leaving = Leaving(Arc::clone(&shared.clients));
-    upgrade.max_message_size(MESSAGE_BYTES_MAX).max_frame_size(MESSAGE_BYTES_MAX).on_upgrade(async move |socket| {
-        let _leaving = leaving;
-        session::talk(socket, shared.source).await;
-    })
+    upgrade.max_message_size(MESSAGE_BYTES_MAX).max_frame_size(MESSAGE_BYTES_MAX).on_upgrade(
+        async move |socket| {
+            let _leaving = leaving;
+            session::talk(socket, shared.source, shared.untold).await;
+        },
+    )
 }
 
 /// Counts a client no more, however it ends.

@@ -1,7 +1,11 @@
 //! One open page: what it is told, and what it asks for.
 
 use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -34,6 +38,8 @@ const ROBOT: Duration = Duration::from_millis(200);
 const AGENTS: Duration = Duration::from_secs(1);
 /// How long a page may not read before it is dropped.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long pages get at the end to be told of it.
+const FAREWELL: Duration = Duration::from_secs(1);
 /// Acts of a page that wait for a tick.
 const ACTS_MAX: usize = 8;
 
@@ -47,6 +53,36 @@ pub(crate) trait Source: Send + Sync {
 
     /// Does what a page asks for; may wait for a tick.
     fn act(&self, act: PageAct) -> Result<Done, Refused>;
+}
+
+/// Counts open pages that have not been told of the end.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Untold(Arc<AtomicUsize>);
+
+impl Untold {
+    /// Waits until they have been, but not for long.
+    pub(crate) fn wait(&self) {
+        let until = Instant::now() + FAREWELL;
+        while self.0.load(Ordering::Relaxed) > 0 && Instant::now() < until {
+            thread::sleep(FRAME / 4);
+        }
+    }
+}
+
+/// One page of them.
+struct UntoldPage(Untold);
+
+impl UntoldPage {
+    fn of(untold: Untold) -> Self {
+        untold.0.fetch_add(1, Ordering::Relaxed);
+        Self(untold)
+    }
+}
+
+impl Drop for UntoldPage {
+    fn drop(&mut self) {
+        self.0.0.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 /// A swarm that a source changes and pages show.
@@ -98,7 +134,8 @@ struct Session {
 }
 
 /// Talks to a page until it goes, does not read, or says what is not understood.
-pub(crate) async fn talk(mut socket: WebSocket, source: Arc<dyn Source>) {
+pub(crate) async fn talk(mut socket: WebSocket, source: Arc<dyn Source>, untold: Untold) {
+    let mut untold = Some(UntoldPage::of(untold));
     let mut session = Session {
         source,
         shown: Shown { cells: true, global: false, edges: false },
@@ -138,6 +175,9 @@ pub(crate) async fn talk(mut socket: WebSocket, source: Arc<dyn Source>) {
                 Ok(Ok(())) => {}
                 _ => return,
             }
+        }
+        if session.is_over {
+            drop(untold.take());
         }
     }
 }

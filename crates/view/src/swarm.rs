@@ -1,6 +1,6 @@
 //! What is known of a run, from its messages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use arena::metrics::Partition;
 use coverage::CoverageController;
@@ -22,6 +22,9 @@ use crate::{
 
 /// Most points of a plot; more are thinned out.
 pub(crate) const POINTS_MAX: usize = 4000;
+
+/// Cycles of a robot that are kept for its histogram.
+const CYCLES_MAX: usize = 256;
 
 /// Facts of a run that do not change.
 #[derive(Clone, Debug)]
@@ -74,6 +77,8 @@ pub(crate) struct Swarm {
     pub(crate) struck: BTreeMap<u32, Tick>,
     pub(crate) metrics: Option<lamplight::Metrics>,
     pub(crate) snapshot: Option<Snapshot>,
+    /// The last cycles of each robot that were seen, microseconds.
+    pub(crate) cycles_us: Vec<VecDeque<f64>>,
     /// Shares of a processor, by robot.
     pub(crate) cpu: BTreeMap<u32, f64>,
     /// `summary.json`, once the run is over.
@@ -121,6 +126,7 @@ impl Swarm {
             struck: BTreeMap::new(),
             metrics: None,
             snapshot: None,
+            cycles_us: vec![VecDeque::new(); robots as usize],
             cpu: BTreeMap::new(),
             summary: None,
             is_over: false,
@@ -218,6 +224,21 @@ impl Swarm {
             Topic::Run | Topic::Frame | Topic::Points | Topic::Scene | Topic::Ticks => {}
         }
         Ok(())
+    }
+
+    /// Takes in how the run goes.
+    pub(crate) fn look(&mut self, snapshot: Snapshot) {
+        for (robot, seen) in snapshot.robots.iter().zip(&mut self.cycles_us) {
+            let Some(cycles) = robot.cycles else { continue };
+            if seen.back() == Some(&cycles.last_us) {
+                continue;
+            }
+            if seen.len() == CYCLES_MAX {
+                seen.pop_front();
+            }
+            seen.push_back(cycles.last_us);
+        }
+        self.snapshot = Some(snapshot);
     }
 
     /// Robots hear their percepts, as their controllers do.

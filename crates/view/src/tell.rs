@@ -1,13 +1,16 @@
 //! What the page is told of a swarm.
 
 use engine::Participation;
-use scenario::{ChannelModel, FieldSpec, Mind, fault::Target};
+use scenario::{
+    ChannelModel, FieldSpec, Mind,
+    fault::{Kind, Target},
+};
 use squad::Awaited;
 
 use crate::{
     swarm::Swarm,
     wire::{
-        Agent, ControllerOf, Fault, Field, Gaussian, Hello, Lamp, Metrics, Packets, Quantiles, State,
+        Agent, ControllerOf, Fault, Field, Gaussian, Hello, Lamp, Metrics, Packets, Quantiles, Region, State,
         SummaryText, Told, Waited, Waiting,
     },
 };
@@ -69,10 +72,20 @@ pub(crate) fn faults(swarm: &Swarm) -> Vec<Fault> {
         from_s: fault.begins_s(),
         until_s: fault.ends_s(),
         whom: whom(&fault.target),
+        region: region(fault),
         robots: named(&fault.target),
         fired_tick: swarm.struck.get(&(index as u32)).copied(),
     };
     swarm.scenario.fault.iter().enumerate().map(fault).collect()
+}
+
+/// The disc that jams, or in which robots are chosen.
+fn region(fault: &scenario::Fault) -> Option<Region> {
+    let disc = match &fault.kind {
+        Kind::Jam(jam) => jam.region,
+        _ => fault.target.choice()?.region?,
+    };
+    Some(Region { center_m: disc.center_m.get(), radius_m: disc.radius_m.get() })
 }
 
 /// Whom a fault strikes, in words.
@@ -254,7 +267,9 @@ pub(crate) fn agent<'a>(swarm: &Swarm, names: &'a [String], robot: u32) -> Agent
 }
 
 pub(crate) fn agents<'a>(swarm: &Swarm, names: &'a [String]) -> Told<'a> {
-    Told::Agents { agents: (0..swarm.scenario.robot_count()).map(|robot| agent(swarm, names, robot)).collect() }
+    Told::Agents {
+        agents: (0..swarm.scenario.robot_count()).map(|robot| agent(swarm, names, robot)).collect(),
+    }
 }
 
 fn state_name(participation: Participation) -> &'static str {

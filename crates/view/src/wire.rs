@@ -123,9 +123,17 @@ pub(crate) struct Fault {
     pub(crate) from_s: f64,
     pub(crate) until_s: Option<f64>,
     pub(crate) whom: String,
+    /// The disc that it is about, if it is.
+    pub(crate) region: Option<Region>,
     /// Robots that it names; `None` if it is not by their numbers.
     pub(crate) robots: Option<Vec<u32>>,
     pub(crate) fired_tick: Option<u64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Region {
+    pub(crate) center_m: [f64; 2],
+    pub(crate) radius_m: f64,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -251,6 +259,21 @@ pub(crate) struct Robot<'a> {
     pub(crate) neighbors: Vec<NeighborOf>,
     pub(crate) cell: Option<CellOf>,
     pub(crate) notes: Vec<Note<'a>>,
+    pub(crate) cycles: Option<CyclesOf>,
+}
+
+/// Cycles of one robot that were seen, a few each second.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct CyclesOf {
+    pub(crate) last_us: f64,
+    pub(crate) p99_us: f64,
+    pub(crate) histogram: Vec<Bin>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Bin {
+    pub(crate) up_to_us: f64,
+    pub(crate) count: u32,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -52,8 +52,9 @@ pub(super) fn verify(
                     let answer = alone.answer(recorded.sender.incarnation, columns.tick, &percepts)?;
                     if let Some(what) = difference(recorded, answer) {
                         let tick = columns.tick;
-                        let what =
-                            format!("in tick {tick} robot {robot} answers otherwise than was recorded: {what}");
+                        let what = format!(
+                            "in tick {tick} robot {robot} answers otherwise than was recorded: {what}"
+                        );
                         return Ok(Verdict::Different(what));
                     }
                     compared += 1;
@@ -126,7 +127,11 @@ fn difference(recorded: &Answer, answer: Option<&Answer>) -> Option<String> {
         return said("estimated error", told(ours.estimated_error), told(theirs.estimated_error));
     }
     if ours.payload != theirs.payload {
-        return said("payload", format!("{:02x?}", &ours.payload[..]), format!("{:02x?}", &theirs.payload[..]));
+        return said(
+            "payload",
+            format!("{:02x?}", &ours.payload[..]),
+            format!("{:02x?}", &theirs.payload[..]),
+        );
     }
     if (answer.sender, answer.sequence) != (recorded.sender, recorded.sequence) {
         let told = |answer: &Answer| format!("{} of {}", answer.sequence, answer.sender);

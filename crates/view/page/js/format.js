@@ -11,11 +11,11 @@ export const whole = (value) => (known(value) ? Math.round(value).toLocaleString
 
 /** A number with about three significant digits. */
 export function short(value) {
-  if (!known(value)) return UNKNOWN;
-  const size = Math.abs(value);
-  if (size === 0) return "0";
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replaceAll("-", "−");
-  return fixed(value, Math.max(0, 2 - Math.floor(Math.log10(size))));
+	if (!known(value)) return UNKNOWN;
+	const size = Math.abs(value);
+	if (size === 0) return "0";
+	if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replaceAll("-", "−");
+	return fixed(value, Math.max(0, 2 - Math.floor(Math.log10(size))));
 }
 
 /** Seconds of virtual time; as many decimals as a step has. */
@@ -23,16 +23,16 @@ export const seconds = (value, decimals = 1) => (known(value) ? `${fixed(value, 
 
 /** Microseconds, or milliseconds where they are many. */
 export function micros(value) {
-  if (!known(value)) return UNKNOWN;
-  if (value >= 10_000) return `${short(value / 1000)} ms`;
-  return `${value < 100 ? fixed(value, 1) : whole(value)} µs`;
+	if (!known(value)) return UNKNOWN;
+	if (value >= 10_000) return `${short(value / 1000)} ms`;
+	return `${value < 100 ? fixed(value, 1) : whole(value)} µs`;
 }
 
 /** A share as percent. */
 export const percent = (value, decimals = 1) => (known(value) ? `${fixed(value * 100, decimals)} %` : UNKNOWN);
 
-/** Radians as degrees. */
-export const degrees = (value) => (known(value) ? `${fixed((value * 180) / Math.PI, 1)}°` : UNKNOWN);
+/** Radians as degrees, from -180 to 180. */
+export const degrees = (value) => (known(value) ? `${fixed((Math.atan2(Math.sin(value), Math.cos(value)) * 180) / Math.PI, 1)}°` : UNKNOWN);
 
 /** How many: "1 robot", "3 robots". */
 export const many = (count, noun) => `${whole(count)} ${noun}${count === 1 ? "" : "s"}`;
