@@ -329,6 +329,9 @@ mod tests {
             {"kind":"liar","from_s":4.3,"until_s":6.4,"robots":"5-6","region":{"center_m":[1.6,0.0561],"radius_m":0.457},"identity":3}
             {"kind":"liar","from_s":0.0,"until_s":0.8,"robots":"5-8","identity":4}
             {"kind":"liar","from_s":9.8,"region":{"center_m":[1.63,1.59],"radius_m":0.879},"share":0.23154343126850463,"pick":"random","light_counts":0.773,"identity":4}
+            {"kind":"field","at_s":7.3,"offset":-0.274}
+            {"kind":"field","at_s":8.3,"offset":-0.473}
+            {"kind":"field","at_s":1.6,"offset":0.899}
         "#]].assert_eq(&plans);
     }
 
