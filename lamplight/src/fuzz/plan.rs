@@ -227,8 +227,7 @@ mod tests {
         let lamps = "field.lamp = [{ position_m = [1, 1], peak = 50, half_distance_m = 1 }, { position_m = [0, 1], \
                      peak = 1e12, half_distance_m = 1 }]\n";
         let gaussian = "field.gaussian = [{ center_m = [1, 1], sigma_m = 1e-6, gamma = 1e12 }]\n";
-        let ring =
-            "light.sensor = \"ring\"\ncontroller = { gradient = \"fixed\", gradient_magnitude_per_m = 1 }\n";
+        let ring = "light.sensor = \"ring\"\ncontroller.gradient = \"fixed\"\ncontroller.gradient_magnitude_per_m = 1\n";
         for (field, terms) in [
             (String::new(), &["offset"][..]),
             (lamps.into(), &["lamp", "offset"]),
