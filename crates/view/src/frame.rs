@@ -64,12 +64,11 @@ impl Bytes {
 }
 
 /// The swarm as it is now.
-pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
-    let has_cells = shown.cells && !swarm.percepts.is_empty();
-    if has_cells || shown.global {
-        swarm.pictures();
-    }
+pub(crate) fn encode(swarm: &Swarm, shown: Shown) -> Vec<u8> {
     let robots = swarm.poses.len();
+    let are_computed = swarm.pictures().cells.len() == robots;
+    let has_cells = shown.cells && are_computed && !swarm.percepts.is_empty();
+    let has_global = shown.global && are_computed;
     let has_edges = shown.edges && !swarm.percepts.is_empty();
     let edges: Vec<(u32, u32, u8)> = match has_edges {
         true => heard(swarm).chain(swarm.losses.iter().copied()).collect(),
@@ -78,7 +77,7 @@ pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
     let mut bytes = Bytes(Vec::with_capacity(64 + robots * 160 + edges.len() * 9));
     bytes.u32(VERSION);
     let section = |flag, is_there| if is_there { flag } else { 0 };
-    bytes.u32(section(CELLS, has_cells) | section(EDGES, has_edges) | section(GLOBAL, shown.global) | ERRORS);
+    bytes.u32(section(CELLS, has_cells) | section(EDGES, has_edges) | section(GLOBAL, has_global) | ERRORS);
     bytes.f64(swarm.tick as f64);
     bytes.f64(swarm.time_s);
     bytes.u32(robots as u32);
@@ -95,7 +94,7 @@ pub(crate) fn encode(swarm: &mut Swarm, shown: Shown) -> Vec<u8> {
         edges.iter().for_each(|edge| bytes.u32(edge.1));
         bytes.u8s(edges.iter().map(|edge| edge.2));
     }
-    if shown.global {
+    if has_global {
         let pictures = swarm.pictures();
         bytes.f32s(pictures.disagreement.iter().map(|share| share.unwrap_or(f64::NAN)));
         bytes.u8s(pictures.global.iter().map(|cell| count(cell)));

@@ -12,18 +12,15 @@ use crate::{
 };
 
 /// Robot `robot`; `None` if there is no such one, or it is nowhere yet. `names` are those of the controllers.
-pub(crate) fn robot<'a>(swarm: &'a mut Swarm, names: &'a [String], robot: u32) -> Option<Robot<'a>> {
+pub(crate) fn robot<'a>(swarm: &'a Swarm, names: &'a [String], robot: u32) -> Option<Robot<'a>> {
     let at = robot as usize;
     let &[x_m, y_m, heading_rad] = swarm.poses.get(at)?;
     let has_percepts = !swarm.percepts.is_empty();
-    let cell = has_percepts.then(|| {
-        let pictures = swarm.pictures();
-        let cell = &pictures.cells[at];
-        (cell.len() >= 3).then(|| CellOf {
-            area_m2: area(cell),
-            positive_area_m2: area(&pictures.positive[at]),
-            centroid_m: pictures.centroids[at],
-        })
+    let pictures = swarm.pictures();
+    let cell = pictures.cells.get(at).filter(|cell| has_percepts && cell.len() >= 3).map(|cell| CellOf {
+        area_m2: area(cell),
+        positive_area_m2: area(&pictures.positive[at]),
+        centroid_m: pictures.centroids[at],
     });
     let percept = swarm.percepts.get(at);
     let answer = swarm.answers.get(at).and_then(Option::as_ref);
@@ -39,7 +36,7 @@ pub(crate) fn robot<'a>(swarm: &'a mut Swarm, names: &'a [String], robot: u32) -
             payload_hex: hex(&answer.command.payload),
         }),
         neighbors: percept.map_or(Vec::new(), |percept| neighbors(swarm, robot, percept)),
-        cell: cell.flatten(),
+        cell,
         notes: notes.map(|(name, value)| Note { name, value: *value }).collect(),
         cycles: cycles(swarm, at),
     })

@@ -23,7 +23,7 @@ use tokio::{
 use crate::{
     frame::{self, Shown},
     inspect,
-    swarm::{Swarm, Versions},
+    swarm::{FrameId, Swarm, Versions},
     tell, wire,
     wire::{PageAct, Said, Told},
 };
@@ -89,7 +89,7 @@ impl Drop for UntoldPage {
 pub(crate) struct Hub {
     swarm: Mutex<Swarm>,
     /// The last frame: pages that show the same share it.
-    frame: Mutex<Option<(u64, Shown, Bytes)>>,
+    frame: Mutex<Option<(FrameId, Shown, Bytes)>>,
 }
 
 impl Hub {
@@ -101,17 +101,22 @@ impl Hub {
         self.swarm.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn frame(&self, shown: Shown) -> (u64, Bytes) {
+    /// The frame that there is now, if it is another than `known`.
+    fn frame(&self, shown: Shown, known: Option<FrameId>) -> Option<(FrameId, Bytes)> {
         let mut swarm = self.swarm();
-        let mut last = self.frame.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((number, of, bytes)) = &*last
-            && (*number, *of) == (swarm.number, shown)
-        {
-            return (*number, bytes.clone());
+        let id = swarm.frame_id(shown.cells || shown.global);
+        if known == Some(id) || swarm.number == 0 {
+            return None;
         }
-        let bytes = Bytes::from(frame::encode(&mut swarm, shown));
-        *last = Some((swarm.number, shown, bytes.clone()));
-        (swarm.number, bytes)
+        let mut last = self.frame.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of, like, bytes)) = &*last
+            && (*of, *like) == (id, shown)
+        {
+            return Some((id, bytes.clone()));
+        }
+        let bytes = Bytes::from(frame::encode(&swarm, shown));
+        *last = Some((id, shown, bytes.clone()));
+        Some((id, bytes))
     }
 }
 
@@ -121,7 +126,7 @@ struct Session {
     shown: Shown,
     robot: Option<u32>,
     /// The last frame, and how many are not drawn.
-    number: u64,
+    frame: Option<FrameId>,
     undrawn: u32,
     versions: Option<Versions>,
     points: usize,
@@ -140,7 +145,7 @@ pub(crate) async fn talk(mut socket: WebSocket, source: Arc<dyn Source>, untold:
         source,
         shown: Shown { cells: true, global: false, edges: false },
         robot: None,
-        number: 0,
+        frame: None,
         undrawn: 0,
         versions: None,
         points: 0,
@@ -190,12 +195,12 @@ impl Session {
             Said::Show { cells, global, edges } => {
                 self.shown = Shown { cells, global, edges };
                 // What is shown now is to be drawn anew, also while the run is held.
-                self.number = 0;
+                self.frame = None;
             }
             Said::Select { robot } => (self.robot, self.told_robot) = (robot, None),
             Said::Act { id, .. } if self.acts == ACTS_MAX => {
-                let error = Some(format!("{ACTS_MAX} acts wait already"));
-                return vec![json(&Told::Done(answer(id, Err(error.unwrap_or_default()))))];
+                let refused = Err(format!("{ACTS_MAX} acts wait already"));
+                return vec![json(&Told::Done(answer(id, refused)))];
             }
             Said::Act { id, act } => {
                 self.acts += 1;
@@ -215,14 +220,14 @@ impl Session {
         let source = Arc::clone(&self.source);
         let hub = source.hub();
         self.tell_changes(&hub.swarm(), &mut messages);
-        let number = hub.swarm().number;
-        if number != self.number && self.undrawn < UNDRAWN_MAX {
-            let (number, bytes) = hub.frame(self.shown);
-            self.number = number;
+        if self.undrawn < UNDRAWN_MAX
+            && let Some((id, bytes)) = hub.frame(self.shown, self.frame)
+        {
+            self.frame = Some(id);
             self.undrawn += 1;
             messages.push(Message::Binary(bytes));
         }
-        self.tell_robot(&mut hub.swarm(), &mut messages);
+        self.tell_robot(&hub.swarm(), &mut messages);
         messages
     }
 
@@ -261,7 +266,7 @@ impl Session {
         }
     }
 
-    fn tell_robot(&mut self, swarm: &mut Swarm, messages: &mut Vec<Message>) {
+    fn tell_robot(&mut self, swarm: &Swarm, messages: &mut Vec<Message>) {
         let Some(robot) = self.robot.filter(|_| due(&mut self.told_robot, ROBOT)) else { return };
         let names = tell::names(swarm);
         if let Some(robot) = inspect::robot(swarm, &names, robot) {

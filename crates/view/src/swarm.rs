@@ -1,6 +1,9 @@
 //! What is known of a run, from its messages.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    time::Instant,
+};
 
 use arena::metrics::Partition;
 use coverage::CoverageController;
@@ -67,7 +70,7 @@ pub(crate) struct Swarm {
     /// Controllers of the paper, which hear what the robots hear.
     minds: Vec<Option<CoverageController>>,
     pub(crate) lives: Vec<RobotId>,
-    pictures: Option<(u64, Pictures)>,
+    pictures: Computed,
     /// In the order of time.
     pub(crate) series: Vec<Point>,
     pub(crate) events: Vec<Event>,
@@ -97,6 +100,30 @@ pub(crate) struct Versions {
     pub(crate) series: u64,
 }
 
+/// Cells are computed so seldom that it takes a part of the time in so many.
+const SHARE: u32 = 20;
+
+/// Which frame: places of one number, and cells of the same or one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameId {
+    number: u64,
+    cells: u64,
+}
+
+/// Cells, of which number they are, and when they may be computed again.
+#[derive(Default)]
+struct Computed {
+    cells: Pictures,
+    of: u64,
+    next: Option<Instant>,
+}
+
+impl Computed {
+    fn are_due(&self) -> bool {
+        self.next.is_none_or(|next| next <= Instant::now())
+    }
+}
+
 impl Swarm {
     pub(crate) fn new(about: About, scenario: Scenario) -> Self {
         let robots = scenario.robot_count();
@@ -119,7 +146,7 @@ impl Swarm {
             is_silent: vec![false; robots as usize],
             minds: (0..robots).map(mind).collect(),
             lives: (0..robots).map(RobotId::first).collect(),
-            pictures: None,
+            pictures: Computed::default(),
             series: Vec::new(),
             events: Vec::new(),
             told_until_s: None,
@@ -326,14 +353,21 @@ impl Swarm {
         if is_silent { Participation::Down } else { Participation::Present }
     }
 
-    /// The cells of the last frame: computed once for each.
-    pub(crate) fn pictures(&mut self) -> &Pictures {
-        let number = self.number;
-        if self.pictures.as_ref().is_none_or(|(of, _)| *of != number) {
-            let pictures = self.compute_pictures();
-            self.pictures = Some((number, pictures));
+    /// Which frame there is now. Where cells are shown, they are computed again, unless that would take more than its share of
+    /// time: then they are some ticks old.
+    pub(crate) fn frame_id(&mut self, shows_cells: bool) -> FrameId {
+        if shows_cells && self.pictures.of != self.number && self.pictures.are_due() {
+            let began = Instant::now();
+            let cells = self.compute_pictures();
+            let took = began.elapsed();
+            self.pictures = Computed { cells, of: self.number, next: Some(Instant::now() + SHARE * took) };
         }
-        &self.pictures.as_ref().expect("it was just computed").1
+        FrameId { number: self.number, cells: if shows_cells { self.pictures.of } else { 0 } }
+    }
+
+    /// The cells that were computed last.
+    pub(crate) fn pictures(&self) -> &Pictures {
+        &self.pictures.cells
     }
 
     fn compute_pictures(&self) -> Pictures {
