@@ -7,6 +7,7 @@ use std::{
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use rustix::process::{Pid, Signal, kill_process};
@@ -14,6 +15,12 @@ use tests::{
     live::LiveRun,
     programs::{lamplight, said, scenario},
 };
+
+/// A browser takes all of a small machine: one at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Playwright, which `scripts/test` has installed, and a browser; `None`, said aloud, where one is not there.
 fn browser() -> Option<(PathBuf, PathBuf)> {
@@ -65,6 +72,7 @@ fn ended(run: LiveRun) {
 
 #[test]
 fn a_browser_shows_the_swarm_and_acts_upon_it() {
+    let _alone = alone();
     let args = ["--duration", "1000", "--speed", "2", "--robots", "30", "--view"];
     let mut run = LiveRun::start("swarmbots", &args);
     let url = url_of(&run.hear("page: "));
@@ -76,6 +84,7 @@ fn a_browser_shows_the_swarm_and_acts_upon_it() {
 
 #[test]
 fn a_browser_shows_a_thousand_robots() {
+    let _alone = alone();
     if browser().is_none() {
         return;
     }
@@ -97,6 +106,7 @@ impl Drop for Served {
 
 #[test]
 fn a_browser_shows_a_recording_of_two_thousand_robots() {
+    let _alone = alone();
     if browser().is_none() {
         return;
     }
