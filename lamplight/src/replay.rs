@@ -1,6 +1,7 @@
 //! `lamplight replay`: what a recording holds, and whether it is what happens.
 
 mod robot;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ use recording::lamplight::{End, Run, Tick as RecordedTick};
 use scenario::Scenario;
 use serde_json::Value;
 
+use self::verdict::{SHOW_EVERY, Verdict};
 use crate::{
     failure::Failure,
     in_process, limits, log,
@@ -26,9 +28,6 @@ use crate::{
     view::ViewOptions,
     workshop::Workshop,
 };
-
-/// How often the live line is brought up to date, ticks.
-const SHOW_EVERY: Tick = 100;
 
 #[derive(Args, Debug)]
 pub(crate) struct ReplayArgs {
@@ -224,12 +223,6 @@ fn as_processes(
         }
     })();
     (compared, verdict)
-}
-
-/// Outcome of a comparison.
-enum Verdict {
-    Same(String),
-    Different(String),
 }
 
 /// The run is over: so must the recording be.

@@ -12,7 +12,7 @@ use protocol::{
     units::{Meters, Radians},
 };
 
-use crate::lamplight::{Answers, Percepts};
+use crate::messages::lamplight::{Answers, Percepts};
 
 /// Numbers of a term of the field.
 const TERM: usize = 5;

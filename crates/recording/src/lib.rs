@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod columns;
+mod messages;
 mod reader;
 mod stream;
 mod topic;
@@ -18,6 +19,7 @@ pub use prost::Message;
 
 pub use crate::{
     columns::Malformed,
+    messages::{foxglove, lamplight, timestamp},
     reader::{Entry, ReadError, Reader},
     stream::{StreamReader, StreamWriter},
     topic::Topic,
@@ -26,21 +28,3 @@ pub use crate::{
 
 /// Version of the messages in `proto/lamplight.proto`.
 pub const FORMAT: u32 = 2;
-
-/// Messages that viewers draw, by Foxglove.
-#[allow(missing_docs, reason = "they are documented where they are from")]
-pub mod foxglove {
-    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
-}
-
-/// Messages of our own.
-#[allow(missing_docs, reason = "`proto/lamplight.proto` documents them")]
-pub mod lamplight {
-    include!(concat!(env!("OUT_DIR"), "/lamplight.rs"));
-}
-
-/// Nanoseconds of virtual time as protobuf has them.
-pub fn timestamp(time_ns: u64) -> prost_types::Timestamp {
-    const NS_PER_S: u64 = 1_000_000_000;
-    prost_types::Timestamp { seconds: (time_ns / NS_PER_S) as i64, nanos: (time_ns % NS_PER_S) as i32 }
-}

@@ -140,7 +140,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        lamplight::{End, Tick},
+        messages::lamplight::{End, Tick},
         writer::Writer,
     };
 

@@ -88,7 +88,7 @@ impl<R: Read> StreamReader<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lamplight::Tick;
+    use crate::messages::lamplight::Tick;
 
     #[test]
     fn messages_are_read_as_they_were_written() {

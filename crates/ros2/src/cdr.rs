@@ -1,6 +1,6 @@
 //! Messages as bytes: CDR, little-endian, as DDS sends them.
 //!
-//! Source: OMG DDS-RTPS 2.5, 10.5 (the header) and OMG CORBA 3.4 part 2, 9.3 (the rest). A number is aligned to its size, counted
+//! Source: OMG DDS-RTPS 2.5 (the header) and OMG CORBA 3.4, CDR Transfer Syntax (the rest). A number is aligned to its size, counted
 //! from behind the header; a string has its length, which counts its zero at the end, and a sequence its number of elements
 //! in front.
 

@@ -1,6 +1,6 @@
 //! `metadata.yaml`: what a bag holds, as rosbag2 writes it down.
 //!
-//! Source: `rosbag2_storage/yaml.hpp` and `rosbag2_storage/qos.hpp` of rosbag2 0.15 (Humble) and 0.26 (Jazzy).
+//! Source: `rosbag2_storage` of rosbag2 0.15 (Humble), which reads qualities of service as text, and 0.26 (Jazzy): `yaml.hpp`, `qos.cpp`.
 
 use serde::Serialize;
 

@@ -11,7 +11,7 @@ use recording::{
 use scenario::{ProcessAction, ProcessFault, Scenario};
 use squad::Squad;
 
-use super::{SHOW_EVERY, Verdict};
+use super::verdict::{SHOW_EVERY, Verdict};
 use crate::{in_process, recorded_run::Recording};
 
 /// A robot, alone with its percepts.

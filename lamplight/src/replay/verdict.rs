@@ -1,0 +1,12 @@
+//! What comparing a recording with a run comes to.
+
+use protocol::percept::Tick;
+
+/// How often the live line is brought up to date, ticks.
+pub(super) const SHOW_EVERY: Tick = 100;
+
+/// Outcome of a comparison.
+pub(super) enum Verdict {
+    Same(String),
+    Different(String),
+}
