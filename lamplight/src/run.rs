@@ -234,7 +234,7 @@ fn processes(args: &RunArgs, scenario: &Scenario, name: RunName) -> Result<Outco
     let shown = |page| view::serve(page, view::of_run(&run, scenario.clone(), args.options.play.mode())?);
     let page = page.map(shown).transpose()?;
     let outcome = supervised(args, scenario, &run, &watch);
-    page.map(Serving::end);
+    page.into_iter().for_each(Serving::end);
     let removed = run.remove_own(owner).map_err(Failure::run);
     outcome.and_then(|outcome| removed.map(|()| outcome))
 }

@@ -153,7 +153,7 @@ mod tests {
         for host in ["evil.example:8080", "127.0.0.1:80", "127.0.0.1", "localhost", ""] {
             assert_eq!(asked(&[(HOST, host), cookie.clone()]), Err(Refusal::Host), "{host:?}");
         }
-        assert_eq!(asked(&[cookie.clone()]), Err(Refusal::Host));
+        assert_eq!(asked(std::slice::from_ref(&cookie)), Err(Refusal::Host));
         let here = (HOST, "127.0.0.1:8080");
         for origin in ["http://evil.example", "http://127.0.0.1:8081", "https://127.0.0.1:8080", "null"] {
             assert_eq!(asked(&[here.clone(), cookie.clone(), (ORIGIN, origin)]), Err(Refusal::Origin));
