@@ -1,7 +1,7 @@
 //! A run as messages, pushed to those who watch it from another process: the socket `watch` in the run's folder.
 //!
 //! Each client has a thread, which makes messages of what it is told and writes them. A tick that comes while
-//! [`TICKS_UNDER_WAY`] wait for a client is not told to it, and is counted; acts, faults and incidents are told to
+//! `TICKS_UNDER_WAY` wait for a client is not told to it, and is counted; acts, faults and incidents are told to
 //! everybody. So no tick waits for whoever watches.
 
 use std::{
