@@ -140,7 +140,7 @@ pub(crate) fn ctl(args: &CtlArgs) -> Result<Status, Failure> {
     say(&format!("from tick {} on{fault}\n", done.tick)).map(|()| Status::SUCCESS)
 }
 
-/// What the run is asked for.
+/// The act that the command line asks for.
 fn act(run: &RunDir, what: &What) -> Result<Act, Failure> {
     let begin = |fault: Value| match fault {
         Value::Object(fault) => Ok(Act::Begin { fault }),

@@ -11,12 +11,12 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use engine::StopFlag;
 use logging::Format;
-use observe::live::socket;
+use observe::live::{ListenAddr, socket};
 use processes::signals::{exit_status, raise_on_stop};
 use protocol::setup::Mode;
 use scenario::Scenario;
 use transport::run_dir::{RunDir, RunName};
-use view::{About, Server, Serving, Show, ViewAddr};
+use view::{About, Server, Serving, Show};
 
 use crate::{failure::Failure, log, status::Status, top};
 
@@ -28,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(crate) struct ViewOptions {
     /// Show it on a page in the browser, at ADDR [default: 127.0.0.1 and any free port]; :8080 is this machine alone
     #[arg(long, value_name = "ADDR", num_args = 0..=1, require_equals = true, default_missing_value = ":0")]
-    pub(crate) view: Option<ViewAddr>,
+    pub(crate) view: Option<ListenAddr>,
 }
 
 #[derive(Args, Debug)]
@@ -39,7 +39,7 @@ pub(crate) struct ViewArgs {
 
     /// Address and port; :8080 is this machine alone [default: 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDR", default_value = ":0", hide_default_value = true)]
-    at: ViewAddr,
+    at: ListenAddr,
 }
 
 pub(crate) fn view(args: &ViewArgs) -> Result<Status, Failure> {

@@ -1,4 +1,4 @@
-//! What is done to a run under way: it takes effect at a tick, and can be saved and played again.
+//! Acts upon a run under way: they take effect at a tick, and can be saved and played again.
 
 #![allow(clippy::unwrap_used, reason = "these are tests, helpers included")]
 
@@ -14,7 +14,7 @@ fn ctl(run: &LiveRun, args: &[&str]) -> Output {
     lamplight(["ctl", &run.name]).args(args).output().unwrap()
 }
 
-/// What is said of an act: `from tick 7 on: fault 2 of its plan`.
+/// The words said of an act: `from tick 7 on: fault 2 of its plan`.
 fn told(run: &LiveRun, args: &[&str]) -> Vec<String> {
     let output = ctl(run, args);
     assert!(output.status.success(), "{args:?}: {}", said(&output));

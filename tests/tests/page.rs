@@ -66,7 +66,7 @@ impl Address {
 /// An open page.
 struct Page {
     socket: WebSocket<TcpStream>,
-    /// What it was told last, by type.
+    /// Messages that it was told last, by type.
     told: BTreeMap<String, Value>,
     frames: Vec<Frame>,
 }

@@ -29,7 +29,7 @@ pub enum Cause {
     HalfDuplex,
 }
 
-/// What was lost since the last neighbor cycle, if that is noted.
+/// Losses since the last neighbor cycle, if they are noted.
 #[derive(Clone, Debug, Default)]
 pub struct Losses(Option<Vec<Loss>>);
 

@@ -1,4 +1,4 @@
-//! What is done to a run under way, by those who watch it.
+//! Acts upon a run under way, by those who watch it.
 //!
 //! ```text
 //! whoever acts --Act--> Acts (a queue) --> the loop, before its next tick --Done--> whoever acts
@@ -53,7 +53,7 @@ pub enum Act {
     Save,
 }
 
-/// What has become of an act.
+/// Outcome of an act.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Done {
     /// The tick it takes effect at.

@@ -6,6 +6,7 @@
 //! it reaches arena or agents: a run goes the same way whether it is watched or not.
 
 pub mod acts;
+mod address;
 pub mod http;
 pub mod prometheus;
 mod publisher;
@@ -15,6 +16,7 @@ pub mod socket;
 mod state;
 pub mod stream;
 
+pub use address::ListenAddr;
 pub use publisher::SnapshotPublisher;
 pub use server::CLIENTS_MAX;
 pub use snapshot::{About, Dropped, Phase, Robot, Snapshot};

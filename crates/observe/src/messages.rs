@@ -44,11 +44,11 @@ pub(crate) trait Sink {
 /// How much is told of each tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// What viewers draw, and hashes that prove.
+    /// Places and shapes that viewers draw, and hashes that prove.
     Plain,
     /// The same, with percepts and answers to the bit.
     Full,
-    /// What the live page draws: percepts and answers, and neither shapes nor hashes.
+    /// Percepts and answers, of which the live page is made, and neither shapes nor hashes.
     Live,
 }
 

@@ -32,7 +32,7 @@ const FLUSH_EVERY: Duration = Duration::from_secs(1);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordExtent {
-    /// What viewers draw, and hashes that prove what happened
+    /// Places and shapes that viewers draw, and hashes that prove what happened
     #[default]
     Plain,
     /// Percepts and answers of every robot too, to the bit

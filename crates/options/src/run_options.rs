@@ -9,7 +9,7 @@ use clap::{
 use engine::pace::Overload;
 use logging::Format;
 use observe::{
-    live::http::MetricsAddr,
+    live::ListenAddr,
     recorder::RecordExtent,
     trace::{TraceError, TraceOptions},
 };
@@ -107,7 +107,7 @@ pub struct PlayOptions {
 
     /// Serve metrics for Prometheus at http://ADDR/metrics, such as 127.0.0.1:9464; :9464 is this machine alone
     #[arg(long, value_name = "ADDR")]
-    pub metrics: Option<MetricsAddr>,
+    pub metrics: Option<ListenAddr>,
 
     /// Do not measure what the agents take (saves a little time)
     #[arg(long)]

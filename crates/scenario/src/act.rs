@@ -1,4 +1,4 @@
-//! What is done to a run under way, as changes of its fault plan.
+//! Acts upon a run under way, as changes of its fault plan.
 //!
 //! An act begins a fault, or ends one, at a tick. So a run with its acts is a scenario like any other, which can be kept
 //! and played again.

@@ -1,4 +1,4 @@
-//! Who may enter: whoever has the page's token, from a page of this very server.
+//! The door of the page: open to whoever has its token and comes from a page of this very server.
 //!
 //! The address that is printed has the token; visiting it once leaves a cookie, which every other request must show. `Host`
 //! must be an address or `localhost`, so that no name that somebody else controls leads here, and where a browser tells an
@@ -83,7 +83,7 @@ impl Door {
         format!("lamplight_{}", self.port)
     }
 
-    /// What a browser is told to keep.
+    /// The cookie that a browser is told to keep.
     pub(crate) fn set_cookie(&self) -> String {
         format!("{}={}; HttpOnly; SameSite=Strict; Path=/", self.cookie(), self.token)
     }

@@ -26,6 +26,6 @@ mod wire;
 
 pub use live::live;
 pub use playback::playback;
-pub use server::{ServeError, Server, Serving, ViewAddr};
+pub use server::{ServeError, Server, Serving};
 pub use session::Show;
 pub use swarm::About;

@@ -1,6 +1,6 @@
 //! The page itself: its files, as they are in `page/`.
 
-/// What the page may load: its own files, and nothing else.
+/// Policy by which the page may load its own files, and nothing else.
 pub(crate) const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; \
                                  base-uri 'none'; form-action 'none'";
 

@@ -40,7 +40,7 @@ struct Control {
     version: u64,
 }
 
-/// What a tick does.
+/// Turn of a tick.
 enum Turn {
     Passes,
     /// The recording is to be read again from its beginning.

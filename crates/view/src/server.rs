@@ -1,9 +1,8 @@
 //! The server of a page: HTTP and WebSockets, in a thread of its own.
 
 use std::{
-    fmt, io,
-    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener},
-    str::FromStr,
+    io,
+    net::{SocketAddr, TcpListener},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
@@ -18,6 +17,7 @@ use axum::{
     response::{IntoResponse, Response},
     routing::any,
 };
+use observe::live::ListenAddr;
 
 use crate::{
     door::{Door, Refusal, Token},
@@ -30,37 +30,6 @@ pub(crate) const CLIENTS_MAX: usize = 32;
 /// Longest message of a page, bytes.
 const MESSAGE_BYTES_MAX: usize = 1 << 16;
 
-/// Where a page is served: `127.0.0.1:8080`, or `:8080` on this machine alone; port 0 is any that is free.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ViewAddr(SocketAddr);
-
-impl Default for ViewAddr {
-    /// This machine alone, any port that is free.
-    fn default() -> Self {
-        Self((Ipv4Addr::LOCALHOST, 0).into())
-    }
-}
-
-impl FromStr for ViewAddr {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let port = text.strip_prefix(':').or_else(|| text.strip_prefix("localhost:"));
-        let address = match port {
-            Some(port) => port.parse().ok().map(|port| (IpAddr::V4(Ipv4Addr::LOCALHOST), port).into()),
-            None => text.parse().ok(),
-        };
-        let hint = "use an address and a port, such as 127.0.0.1:8080, or :8080 for this machine alone";
-        address.map(Self).ok_or_else(|| hint.into())
-    }
-}
-
-impl fmt::Display for ViewAddr {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
 /// Why a page cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
@@ -68,7 +37,7 @@ pub enum ServeError {
     #[error("cannot serve the page at {address}: {error}; choose another port, or none for any that is free")]
     Bind {
         /// The address.
-        address: ViewAddr,
+        address: ListenAddr,
         /// The system's error.
         error: io::Error,
     },
@@ -85,7 +54,7 @@ pub struct Server {
     token: Token,
 }
 
-/// What every request is answered by.
+/// State by which every request is answered.
 #[derive(Clone)]
 struct Shared {
     door: Door,
@@ -99,7 +68,7 @@ impl Server {
     ///
     /// # Errors
     /// If it is in use, or not ours.
-    pub fn bind(address: ViewAddr) -> Result<Self, ServeError> {
+    pub fn bind(address: ListenAddr) -> Result<Self, ServeError> {
         let listener = TcpListener::bind(address.0).map_err(|error| ServeError::Bind { address, error })?;
         listener.set_nonblocking(true)?;
         Ok(Self { address: listener.local_addr()?, listener, token: Token::new()? })
@@ -141,7 +110,7 @@ impl Server {
 pub struct Serving(Untold);
 
 impl Serving {
-    /// What is shown is over: waits until open pages have been told, a second at most.
+    /// Waits until open pages have been told that what they show is over, a second at most.
     pub fn end(self) {
         self.0.wait();
     }

@@ -120,7 +120,7 @@ impl Hub {
     }
 }
 
-/// What a page has been told.
+/// State of one page: what it has been told, and what it wants.
 struct Session {
     source: Arc<dyn Source>,
     shown: Shown,

@@ -1,4 +1,4 @@
-//! What is known of a run, from its messages.
+//! The swarm as far as it is known, from the messages of its run.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -292,7 +292,7 @@ impl Swarm {
         }
     }
 
-    /// What faults of kind `field` have made of the field by now.
+    /// Takes in what faults of kind `field` have made of the field by now.
     fn change_field(&mut self) {
         let field = self.scenario.field_at(self.tick);
         if field != self.field {

@@ -1,4 +1,4 @@
-//! What the page is told of a swarm.
+//! Messages to the page about a swarm.
 
 use engine::Participation;
 use scenario::{
@@ -88,7 +88,7 @@ fn region(fault: &scenario::Fault) -> Option<Region> {
     Some(Region { center_m: disc.center_m.get(), radius_m: disc.radius_m.get() })
 }
 
-/// Whom a fault strikes, in words.
+/// Robots or links that a fault strikes, in words.
 fn whom(target: &Target) -> String {
     let choice = match target {
         Target::Links(links) => {

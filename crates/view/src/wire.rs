@@ -1,4 +1,4 @@
-//! What the page and its server say to each other as JSON; frames are in [`frame`](crate::frame).
+//! Messages between the page and its server as JSON; frames are in [`frame`](crate::frame).
 
 use engine::act::Act;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub(crate) enum Told<'a> {
-    /// What does not change; first of all.
+    /// Facts that do not change; first of all.
     Hello(Box<Hello<'a>>),
     /// The field has changed.
     Field { field: Field },
@@ -17,13 +17,13 @@ pub(crate) enum Told<'a> {
     Series { points: &'a [Point], replace: bool },
     /// All agents.
     Agents { agents: Vec<Agent<'a>> },
-    /// What has happened since.
+    /// Events since the last ones.
     Events { events: &'a [Event] },
     /// The fault plan, and when each fault struck first.
     Faults { faults: Vec<Fault> },
     /// One robot.
     Robot(Box<Robot<'a>>),
-    /// What has become of an act.
+    /// Outcome of an act.
     Done(Done),
 }
 

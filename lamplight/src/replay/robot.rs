@@ -89,7 +89,7 @@ impl<'a> Alone<'a> {
         Ok(Self { robot, squad, answers, life: 0, stop })
     }
 
-    /// What it answers in this life to its percept among those of `tick`.
+    /// Returns its answer, in this life, to its percept among those of `tick`.
     fn answer(
         &mut self,
         life: u16,
@@ -109,7 +109,7 @@ impl<'a> Alone<'a> {
     }
 }
 
-/// What differs between two answers, to the bit.
+/// Returns what differs between two answers, to the bit.
 fn difference(recorded: &Answer, answer: Option<&Answer>) -> Option<String> {
     let Some(answer) = answer else { return Some("it gives none".into()) };
     let (theirs, ours) = (&recorded.command, &answer.command);

@@ -1,4 +1,4 @@
-//! What comparing a recording with a run comes to.
+//! Outcome of comparing a recording with a run.
 
 use protocol::percept::Tick;
 

@@ -4,16 +4,9 @@
 //! servers that are kept up want an asynchronous runtime, which nothing else here needs; so `server.rs` serves the
 //! connections, and the run's loop never waits.
 
-use std::{
-    fmt, io,
-    net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener},
-    str::FromStr,
-    sync::Arc,
-};
+use std::{io, net::TcpListener, sync::Arc};
 
-use serde::{Deserialize, Serialize};
-
-use super::{prometheus, server, state::Live};
+use super::{address::ListenAddr, prometheus, server, state::Live};
 
 /// Longest request that is read, bytes.
 const REQUEST_MAX: usize = 8192;
@@ -22,35 +15,11 @@ const HEADERS_MAX: usize = 64;
 /// Content type of a scrape: Prometheus text of this version.
 const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// Where metrics are served: `127.0.0.1:9464`, `[::1]:9464`, or `:9464` on this machine alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MetricsAddr(pub SocketAddr);
-
-impl FromStr for MetricsAddr {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let port = text.strip_prefix(':').or_else(|| text.strip_prefix("localhost:"));
-        let address = match port {
-            Some(port) => port.parse().ok().map(|port| (IpAddr::V4(Ipv4Addr::LOCALHOST), port).into()),
-            None => text.parse().ok(),
-        };
-        let hint = "use an address and a port, such as 127.0.0.1:9464, or :9464 for this machine alone";
-        address.map(Self).ok_or_else(|| hint.into())
-    }
-}
-
-impl fmt::Display for MetricsAddr {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
 /// Why metrics cannot be served.
 #[derive(Debug, thiserror::Error)]
 #[error("--metrics {address}: {error}; choose another port, or 0 for any that is free")]
 pub struct BindError {
-    address: MetricsAddr,
+    address: ListenAddr,
     error: io::Error,
 }
 
@@ -63,7 +32,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// If it is in use, or not ours.
-    pub fn bind(address: MetricsAddr) -> Result<Self, BindError> {
+    pub fn bind(address: ListenAddr) -> Result<Self, BindError> {
         TcpListener::bind(address.0).map(Self).map_err(|error| BindError { address, error })
     }
 
@@ -138,27 +107,11 @@ impl Request {
 mod tests {
     use std::{
         io::{Read, Write},
-        net::TcpStream,
+        net::{SocketAddr, TcpStream},
     };
 
     use super::*;
     use crate::live::snapshot::about;
-
-    #[test]
-    fn addresses_without_a_host_are_of_this_machine() {
-        let parsed = |text: &str| text.parse::<MetricsAddr>().map(|address| address.to_string());
-        for (text, address) in [
-            (":9464", "127.0.0.1:9464"),
-            ("localhost:0", "127.0.0.1:0"),
-            ("0.0.0.0:9464", "0.0.0.0:9464"),
-            ("[::1]:9464", "[::1]:9464"),
-        ] {
-            assert_eq!(parsed(text).as_deref(), Ok(address));
-        }
-        for bad in ["", "9464", ":", ":70000", "host:9464", "127.0.0.1"] {
-            assert!(parsed(bad).is_err(), "{bad:?}");
-        }
-    }
 
     fn exchange(address: SocketAddr, request: &str) -> String {
         let mut stream = TcpStream::connect(address).unwrap();
@@ -173,7 +126,7 @@ mod tests {
         let endpoint = Endpoint::bind(":0".parse().unwrap()).unwrap();
         let address = endpoint.0.local_addr().unwrap();
         assert!(address.ip().is_loopback());
-        let taken = Endpoint::bind(MetricsAddr(address)).unwrap_err().to_string();
+        let taken = Endpoint::bind(ListenAddr(address)).unwrap_err().to_string();
         assert!(taken.contains(&address.to_string()) && taken.contains("in use"), "{taken}");
         endpoint.serve(Arc::new(Live::new(about(), 10, true))).unwrap();
         let scrape = exchange(address, "GET /metrics HTTP/1.1\r\nHost: lab\r\n\r\n");
